@@ -39,8 +39,8 @@ void OrientInteriors(const BlockInputs& inputs, ProgressListener* listener) {
   RunInterior(inputs.Interior(), [&] { progress.Advance(); });
 }
 
-// Each photo by its own patches. What is kept of earlier runs and not of now is done again, and
-// told.
+// Orients each photo by its own patches. Kept results of earlier runs whose inputs have changed
+// are computed again, and the change is reported as a finding.
 void OrientExteriors(const BlockInputs& inputs, const ResultStore& results,
                      ProgressListener* listener, OrientedBlock* block) {
   ExteriorRunOptions options = inputs.Exterior(results.Folder());
@@ -55,7 +55,7 @@ void OrientExteriors(const BlockInputs& inputs, const ResultStore& results,
   std::map<std::string, std::vector<std::string>> changed;
   RunExterior(
       options, [&] { progress.Advance(); }, &changed);
-  std::map<std::string, std::vector<std::string>> photos;  // by what of their inputs has changed
+  std::map<std::string, std::vector<std::string>> photos;  // by which of their inputs have changed
   for (const auto& [photo, what] : changed) photos[TextOfInputs(what)].push_back(photo);
   for (const auto& [what, names] : photos)
     block->findings.push_back({.reason = Reason::kInputsChanged,
@@ -83,7 +83,7 @@ std::set<std::string> Posed(const std::vector<BlockPhotoFile>& photos) {
   return posed;
 }
 
-// Photos without patches of their own hang on their neighbours.
+// Orients photos without patches of their own by patches from their neighbours.
 void OrientByNeighbours(const BlockInputs& inputs, const BlockFolder& folder,
                         ProgressListener* listener, OrientedBlock* block) {
   const GroundSurface surface = SurfaceUnder(inputs.Block(), block->photos);
@@ -159,7 +159,7 @@ void Adjust(const BlockInputs& inputs, const std::vector<TieRecord>& ties,
   block->summary = Summarize(*block->adjusted, block->photos);
 }
 
-// The photos' own results are final, and what an earlier adjustment left is not true any more.
+// Takes the photos' own results as final; files of an earlier adjustment no longer hold.
 void TakeOwnResults(const BlockInputs& inputs, OrientedBlock* block) {
   const std::string& out = inputs.OutputDirectory();
   block->results = OwnResults(block->photos);
@@ -173,7 +173,7 @@ void TakeOwnResults(const BlockInputs& inputs, OrientedBlock* block) {
              &block->findings);
 }
 
-// A final result is made from the whole block, and never kept.
+// A final result is made from the whole block and is never reused by a later run.
 void ForgetStages(std::vector<ExteriorResult>* results) {
   for (ExteriorResult& result : *results) {
     result.made_from.clear();

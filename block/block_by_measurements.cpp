@@ -11,7 +11,7 @@ PosesKnown ReadPosesKnown(const BlockFile& block, const Measurements& measured) 
   PosesKnown known;
   std::set<std::string> photos;
   for (const ImagePointMeasurement& point : measured.image_points) photos.insert(point.photo);
-  std::set<std::string> with_strips = photos;  // those that strips list are named for that
+  std::set<std::string> with_strips = photos;  // those listed in strips are reported separately
   for (const FlightStrip& strip : block.flight.strips)
     with_strips.insert(strip.photos.begin(), strip.photos.end());
   const auto name_others = [&](const std::vector<OrientationRow>& rows, const std::string& path) {

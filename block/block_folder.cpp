@@ -14,11 +14,11 @@ namespace fs = std::filesystem;
 
 std::string UnfinishedPath(const std::string& out) { return StageDirectory(out, "unfinished"); }
 
-// In the folders that are a run's own.
+// Only in the folders that belong to a run: the output folder and its stage folders.
 void RemovePartialFilesOfKilledRuns(const std::string& out) {
   RemovePartialFiles(out);
   RemovePartialFiles(StageDirectory(out, ""));
-  // Neither a folder that cannot be read nor what is removed meanwhile may end the walk by a throw.
+  // Unreadable folders and entries removed meanwhile must not end the traversal with an exception.
   std::vector<std::string> folders;
   std::error_code error, ignored;
   for (fs::recursive_directory_iterator

@@ -17,7 +17,7 @@ namespace {
 // To be raised where the method changes.
 constexpr const char* kMethod = "block 4";
 
-// All that is said of the flight, as one text that changes when it does.
+// Everything stated about the flight, as one text that changes when a statement does.
 std::string FlightText(const FlightPlan& flight) {
   if (flight.Empty()) return "";
   std::string text = fmt::format("{:.6g} {:.6g} {:.6g} {:.6g} {}", flight.overlap, flight.side_lap,
@@ -52,7 +52,7 @@ BlockInputs::BlockInputs(BlockRunOptions options, Patches patches)
   if (patches == Patches::kThere) patches_ = Digest(PatchContentOfRun(Exterior("")));
 }
 
-// Every stage uses the same camera; that a photo's height changes by metres makes no other one.
+// All stages use one camera; a change of a photo's height by metres must not make a different one.
 void BlockInputs::DecideOnTheEarth() {
   char rounded[32];
   std::snprintf(rounded, sizeof rounded, "%.2e", EarthK1OfRun(Exterior("")));

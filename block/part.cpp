@@ -59,7 +59,7 @@ void RequireInteriors(const BlockInputs& inputs, const PhotosOfPart& part) {
   }
 }
 
-// Of other parts, where they tell where this one's photos are.
+// Reads other parts' results if they help to locate this part's photos.
 void ReadOthers(const BlockInputs& inputs, const ResultStore& store, const PhotosOfPart& part,
                 std::vector<ExteriorResult>* results) {
   const std::vector<std::string>& photos = inputs.Block().photos;
@@ -72,7 +72,7 @@ void ReadOthers(const BlockInputs& inputs, const ResultStore& store, const Photo
     }
     try {
       if (fs::exists(store.PathOf(name))) (*results)[i] = ReadExteriorResult(store.PathOf(name));
-    } catch (const InputError&) {  // damaged: its own part makes it anew
+    } catch (const InputError&) {  // damaged: its own part recreates it
     }
   }
 }
@@ -98,7 +98,7 @@ PartOutcome RunExteriorPart(const BlockInputs& inputs, const BlockFolder& folder
   return OutcomeOf(RunExterior(options, [&] { progress.Advance(); }), of_part);
 }
 
-// The status in a result file.
+// Counts the status in a result file.
 template <typename Result>
 void Count(const std::string& path, Result (*read)(const std::string&), StageStatus* status) {
   try {
@@ -111,7 +111,7 @@ void Count(const std::string& path, Result (*read)(const std::string&), StageSta
   }
 }
 
-// Of the files' times, newest first, those of the last hour.
+// Files per hour from the files' times within the hour before the newest one.
 std::optional<double> PerHour(std::vector<fs::file_time_type> times) {
   constexpr std::size_t kFewest = 3;
   if (times.size() < kFewest) return std::nullopt;

@@ -17,8 +17,8 @@ std::set<std::string> KeptInteriors(const BlockInputs& inputs) {
   return inputs.IsFilm() ? InteriorsThatStay(inputs.Interior()) : std::set<std::string>();
 }
 
-// Photos whose exterior orientation would not be done again. What is done again may change the
-// approximations of those after it.
+// Photos whose exterior orientation would be kept. A photo oriented again may change the
+// approximations of later ones.
 std::set<std::string> KeptExteriors(const BlockInputs& inputs,
                                     const std::set<std::string>& interiors) {
   std::set<std::string> kept;

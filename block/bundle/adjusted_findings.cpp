@@ -11,10 +11,10 @@
 namespace orient::block {
 namespace {
 
-// Of standard deviations.
+// Ratio of actual to stated standard deviation from which a finding is added.
 constexpr double kTooMuchWorse = 3;
 
-// Of each photo, of the points that it shows.
+// For each photo, the mean height of the points observed in it.
 std::vector<double> MeanGroundHeights(const BlockToAdjust& block, const BlockResult& result) {
   std::vector<double> heights(block.photos.size(), 0);
   std::vector<int> counts(heights.size(), 0);
@@ -48,7 +48,7 @@ class FindingsAbout {
   }
 
  private:
-  // Parts of a block in sub-blocks may share one.
+  // Parts of a block that was adjusted in sub-blocks may share a finding.
   bool IsSaid(const Finding& finding) const {
     return std::any_of(findings_.begin(), findings_.end(), [&](const Finding& said) {
       return said.reason == finding.reason && said.where == finding.where;
@@ -79,7 +79,7 @@ class FindingsAbout {
   Findings findings_;
 };
 
-// Of photos, if there are any.
+// Adds a finding that names the photos, if there are any.
 void FindingsAbout::SayOf(const std::vector<std::size_t>& photos, Reason reason) {
   if (photos.empty()) return;
   findings_.push_back({.reason = reason,
@@ -87,7 +87,7 @@ void FindingsAbout::SayOf(const std::vector<std::size_t>& photos, Reason reason)
                        .where = NamesOf(block_, photos)});
 }
 
-// How much worse than stated, where that is too much to pass over in silence.
+// Adds a finding with the ratio of actual to stated standard deviation, if it is too large.
 void FindingsAbout::SayWorseThanStated(double variance_factor, Reason reason, std::string where) {
   const double factor = std::sqrt(variance_factor);
   if (factor < kTooMuchWorse) return;
@@ -95,7 +95,7 @@ void FindingsAbout::SayWorseThanStated(double variance_factor, Reason reason, st
   findings_.back().where = std::move(where);
 }
 
-// Where control contradicts what GNSS positions have in common.
+// Adds a finding if control contradicts a shift common to all GNSS positions.
 void FindingsAbout::SayShiftOfGnss() {
   if (!result_.converged) return;
   for (const StripGnss& strip : result_.strips) {
@@ -135,8 +135,8 @@ void FindingsAbout::SayApproximations() {
                        ", and their weight as observations is reduced accordingly.");
 }
 
-// An error of the principal distance that the block does not see goes into its flying heights.
-// Where GNSS holds these, both are known about equally well.
+// An error of the principal distance that the block cannot detect goes into its flying heights.
+// If GNSS fixes these, both are determined about equally well.
 void FindingsAbout::SayDistancesLeftOpen() {
   if (result_.calibration.empty()) return;
   constexpr double kMuchMore = 3;

@@ -22,10 +22,10 @@ namespace orient::block {
 namespace {
 
 constexpr double kCauchyScale = 2;
-// At the robust solution, where residuals gather in few observations, only those this much beyond
-// the limit (in chi-square) go.
+// At the robust solution, where residuals concentrate in few observations, only those beyond the
+// limit by this factor (in chi-square) are rejected.
 constexpr double kCaution = 2;
-// Photos that move this much of the most moved one in a direction that nothing fixes.
+// Photos that move by more than this share of the largest move in a direction that nothing fixes.
 constexpr double kMovesAlong = 0.05;
 constexpr int kMostFactorRounds = 3;
 
@@ -71,7 +71,7 @@ class Adjustment {
   std::unique_ptr<BlockSolver> solver_;
   std::unique_ptr<BlockNormals> normals_;
   BlockTests tests_;
-  bool dismissed_ = false;  // something, since it was last looked
+  bool dismissed_ = false;  // whether a photo was dismissed in this round
 };
 
 Adjustment::Adjustment(const BlockToAdjust& block, const BlockOptions& options, BlockResult* result)
@@ -107,7 +107,7 @@ void Adjustment::Dismiss(std::size_t photo, PhotoState state) {
   dismissed_ = true;
 }
 
-// Observations that count; for the record also those of photos that were dismissed together.
+// Flags active observations; for the final result also those of photos dismissed together.
 std::vector<bool> Adjustment::Connecting(bool dismissed_too) const {
   std::vector<bool> connecting(system_.block.observations.size());
   for (std::size_t i = 0; i < connecting.size(); ++i)
@@ -137,7 +137,7 @@ bool Adjustment::DismissWithoutDatum() {
   return any;
 }
 
-// Photos that move in a direction that the equations do not notice.
+// Dismisses photos that move in a direction that the normal equations leave open.
 bool Adjustment::DismissUndetermined() {
   const BlockCholesky& cholesky = normals_->cholesky();
   std::vector<bool> moves(system_.block.photos.size(), false);
@@ -159,7 +159,7 @@ bool Adjustment::DismissUndetermined() {
   return any;
 }
 
-// Leaves regular equations in normals_, dismissing what cannot be determined; false where nothing
+// Leaves regular equations in normals_, dismissing what cannot be determined; false if nothing
 // is left to adjust.
 bool Adjustment::Determine(double cauchy_scale) {
   const Stopwatch watch(&result_->timings.snooping);
@@ -180,7 +180,7 @@ bool Adjustment::NobodyIsLeft() const {
   return std::none_of(takes_part.begin(), takes_part.end(), [](bool takes) { return takes; });
 }
 
-// Whether it converged.
+// Returns whether the solution converged.
 bool Adjustment::Solve(BlockLoss loss, double tolerance, int iterations) {
   const Stopwatch watch(&result_->timings.solve);
   BlockSolve how;
@@ -219,15 +219,15 @@ void Adjustment::Rounds() {
     if (!Determine(0)) return;
     if (dismissed_) continue;
     tests_ = Test();
-    // As long as gross errors may remain, medians; then sums.
+    // Variance factors from medians as long as gross errors may remain, afterwards from sums.
     if (!clean) FactorsFromMedians(&system_, &tests_);
     const BlockChanges changes =
         system_.options.snooping ? judgement_.Apply(tests_, 1) : BlockChanges{};
-    // A position wrong by metres is a few of thousands of observations, and most of its kind's sum.
+    // Positions wrong by metres are few of the observations, but make up most of their kind's sum.
     clean = clean ||
             (changes.poses == 0 && changes.points <= static_cast<int>(tests_.of_row.size() / 1000));
-    // Image and ground of control that is seen once share what there is: their factors creep, and
-    // nothing else moves with them.
+    // Image and ground of control seen only once share one discrepancy: their factors creep, and
+    // nothing else changes with them.
     const bool factors = clean && changes.poses == 0 && factor_rounds < kMostFactorRounds &&
                          FactorsFromSums(tests_, &system_);
     factor_rounds += factors ? 1 : 0;
@@ -243,7 +243,7 @@ void Adjustment::Rounds() {
   result_->findings.push_back({.reason = Reason::kAdjustmentNotConverged});
 }
 
-// For covariances, those of the points in tests_ among them; null where they are as weighted.
+// Normals for the covariances (also sets the points' in tests_); null if as weighted.
 std::unique_ptr<BlockNormals> Adjustment::StatedNormals() {
   const StatedPrecision stated(&system_);
   if (!stated.Matters()) return nullptr;
@@ -258,12 +258,12 @@ bool Adjustment::CalibrationChanges() {
 }
 
 void Adjustment::FillResult() {
-  // What did not converge may have changed since its equations were looked at.
+  // Without convergence, the unknowns may have changed since their equations were checked.
   const auto stated = result_->converged ? StatedNormals() : nullptr;
   const BlockNormals& normals = stated ? *stated : *normals_;
   FillOutcome(system_, judgement_, normals, tests_, result_);
   FillChecks(system_.block, result_);
-  // These go through the adjustment as it was weighted.
+  // Shared errors propagate through the adjustment as it was weighted.
   AddSharedControlErrors(system_, *normals_, tests_, result_);
 }
 

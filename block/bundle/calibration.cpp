@@ -9,7 +9,7 @@ namespace {
 constexpr double kSignificant_t = 3;  // |value| / sigma from which a parameter is significant
 constexpr std::array<const char*, 6> kNames = {
     kPrincipalDistanceName, "principal_point_x_mm", "principal_point_y_mm", "k1", "k2", "k3"};
-// Of the sigma that the parameters are held with: what stays near it, the block said nothing of.
+// Share of the prior sigma: a parameter with a larger sigma is not determined by the block.
 constexpr double kNotDetermined = 0.5;
 
 // The six unknowns of one camera, and what they would be with some of them left out.
@@ -28,7 +28,7 @@ struct Lens {
   double T(int i) const { return std::abs(value[i]) / Sigma(i); }
   bool Active(int i) const { return active.at(static_cast<std::size_t>(i)); }
 
-  // The active one for which `measure` is greatest; -1 where it exceeds `limit` for none.
+  // The active parameter with the largest `measure`; -1 if `measure` exceeds `limit` for none.
   template <typename Measure>
   int Worst(double limit, const Measure& measure) const {
     int worst = -1;

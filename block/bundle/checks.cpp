@@ -1,4 +1,4 @@
-// Held-out control patches: what the adjusted block says of places that it was told nothing of.
+// Check patches: how the adjusted block fits control patches that were held out of the adjustment.
 #include "block/bundle/adjusted_view.h"
 #include "block/bundle/outcome.h"
 #include "core/geometry/intersection.h"

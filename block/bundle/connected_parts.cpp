@@ -15,8 +15,8 @@ namespace {
 // A block moves freely in seven ways: three shifts, three rotations, one scale.
 using Matrix7d = Eigen::Matrix<double, 7, 7>;
 
-// How a place moves with the seven: shift, rotation and scale about the part's middle, the latter
-// two in metres at the part's rim.
+// Derivatives of a position by these seven: shift, rotation and scale about the part's centre, the
+// latter two in metres at the part's edge.
 Eigen::Matrix<double, 3, 7> ByDatum(const Eigen::Vector3d& offset_m, double radius_m) {
   const Eigen::Vector3d x = offset_m / radius_m;
   Eigen::Matrix<double, 3, 7> by;
@@ -31,7 +31,7 @@ void AddPlace(const Eigen::Vector3d& offset_m, double radius_m, const Eigen::Mat
   *normal += by.transpose() * covariance.inverse() * by;
 }
 
-// One sigma, m, of the datum's least certain part; infinite where it is open.
+// Sigma (m) of the datum's least certain component; infinite if it is open.
 double DatumSigma(const Matrix7d& normal) {
   const double least = EigenOfSymmetric(normal).values[0];
   return least > 0 ? 1 / std::sqrt(least) : INFINITY;
@@ -64,13 +64,13 @@ void AddPhotoPriors(const BlockSystem& system, std::size_t photo, PartDatum* dat
   if (!counts(system.prior_row[photo])) return;
   AddPlace(offset, datum->radius_m, of.prior->covariance.topLeftCorner<3, 3>(), &datum->all);
   if (StatedElements(*of.prior).back() < 3) return;
-  // Rotations about the ground's axes, of which the angles' uncertainty is no smaller part.
+  // Rotations about the ground axes, taken to be as uncertain as the angles.
   const Eigen::Matrix3d angles =
       of.prior->covariance.bottomRightCorner<3, 3>() * (datum->radius_m * datum->radius_m);
   datum->all.block<3, 3>(3, 3) += angles.inverse();
 }
 
-// What is reported of a part with a deficiency. `only`: the block has one part.
+// The reason reported for a deficient part. `only`: the block has one part.
 std::optional<Reason> WhatOf(const BlockPart& part, bool only) {
   if (!part.has_datum) return only ? Reason::kBlockWithoutDatum : Reason::kPartWithoutDatum;
   if (part.control_points == 0)
@@ -96,7 +96,7 @@ void FindDatum(const BlockSystem& system, const std::vector<std::size_t>& contro
   datum.all = datum.control;
   for (const std::size_t i : part->photos) AddPhotoPriors(system, i, &datum);
   part->control_points = static_cast<int>(control.size());
-  // Less certain than a tenth of the part's size: not known in any sense that helps.
+  // A datum less certain than a tenth of the part's size is of no practical use.
   part->by_control = DatumSigma(datum.control) < 0.1 * datum.radius_m;
   part->has_datum = DatumSigma(datum.all) < datum.radius_m;
 }

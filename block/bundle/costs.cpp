@@ -12,7 +12,7 @@
 namespace orient::block {
 namespace {
 
-// What a point behind the camera counts: far more than any gross error, yet finite, so that one
+// Residual of a point behind the camera: far larger than any gross error, yet finite, so that one
 // lost point does not stop the others.
 constexpr double kBehind = 1e4;
 
@@ -82,7 +82,7 @@ class ImageCost : public Cost {
     return true;
   }
 
-  // photo = A pixel + t: what an error of A and t adds to what is measured.
+  // photo = A pixel + t: effect of errors of A and t on the measured photo coordinates.
   Eigen::Matrix<double, 2, 6> ByFilm() const {
     Eigen::Matrix<double, 2, 6> by;
     by << measured_.pixel.x(), measured_.pixel.y(), 0, 0, 1, 0,  //
@@ -151,7 +151,7 @@ class ControlCost : public Cost {
   const double* weight_;
 };
 
-// One residual for each element that is stated: what is not observed has no redundancy.
+// One residual for each stated element: elements that are not observed have no redundancy.
 class PosePriorCost : public Cost {
  public:
   PosePriorCost(const PosePrior& prior, const Pose& start, const double* weight)

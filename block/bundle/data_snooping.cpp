@@ -11,14 +11,14 @@
 namespace orient::block {
 namespace {
 
-constexpr double kMinRayAngle_deg = 1.5;  // ties with smaller angles everywhere are not used
+constexpr double kMinRayAngle_deg = 1.5;  // ties whose largest ray angle is smaller are not used
 
-// A gross error leans on the residuals around it. Of a photo's suspects only those at least this
-// much of its worst one (in chi-square) go in the same round.
+// A gross error affects the residuals around it. Of a photo's suspects, only those with at least
+// this share of its worst one's chi-square are rejected in the same round.
 constexpr double kNearlyAsBad = 0.1;
-// Rays of a tie whose tests come out this much alike: which one is wrong cannot be told.
+// Above this ratio of the test values of a tie's rays, it is undecided which of them is wrong.
 constexpr double kNotTold = 0.8;
-// What comes back must fit this much better than what goes, lest it go again.
+// Reinstated observations must test below this share of the limit, or they might go again.
 constexpr double kFitsAgain = 0.8;
 
 }  // namespace
@@ -114,7 +114,7 @@ double BlockJudgement::Score(const RowTest& test) const {
   return test.dof == 0 ? 0 : test.t / limits_.at(static_cast<std::size_t>(test.dof));
 }
 
-// The worst of every point.
+// The worst observation of every point, if it tests beyond `caution` times the limit.
 std::vector<BlockJudgement::Suspect> BlockJudgement::FindSuspects(const BlockTests& tests,
                                                                   double caution) const {
   std::vector<Suspect> suspects;
@@ -126,17 +126,17 @@ std::vector<BlockJudgement::Suspect> BlockJudgement::FindSuspects(const BlockTes
       if (!system_->rows[row].active) continue;
       const double score = Score(tests.of_row[row]);
       second = std::max(second, std::min(score, worst.score));
-      // One that cannot be tested (no redundancy) is the suspect where only its control speaks.
+      // A ray that cannot be tested (no redundancy) is the suspect if only its control tests badly.
       if (!seen || score > worst.score) worst = {point, score, row, false, false};
       seen = true;
     }
     const bool has_control = system_->HasControl(point);
-    // Of a control patch seen once nobody can say whether image or ground is wrong.
+    // For a control patch seen once, it is undecidable whether image or ground is wrong.
     if (has_control && (system_->Rays(point) > 1 || worst.score <= caution)) {
       const double score = Score(tests.of_control[point]);
       if (score > worst.score) worst = {point, score, worst.row, system_->Rays(point) > 1, false};
     }
-    // Two rays differ in one number, which says of neither that it is the wrong one.
+    // Two rays have only one discrepancy, which does not show which of them is the wrong one.
     worst.not_told = !has_control && (second > kNotTold * worst.score || system_->Rays(point) == 2);
     if (worst.score > caution) suspects.push_back(worst);
   }
@@ -205,7 +205,7 @@ int BlockJudgement::PutBack(const BlockTests& tests) {
   return count;
 }
 
-// Ties that went wholly, because the poses were wrong at the time.
+// Reinstates ties that lost all their rays because the poses were wrong at the time.
 int BlockJudgement::PutBackDissolved() {
   int count = 0;
   for (std::size_t point = 0; point < system_->points.size(); ++point) {
@@ -248,8 +248,8 @@ bool BlockJudgement::RaysAgree(std::size_t point, const std::vector<std::size_t>
   return t < kFitsAgain * limits_[1] && LargestAngle(rows) > RadFromDeg(kMinRayAngle_deg);
 }
 
-// GNSS positions and priors, whose photos stay. A wrong one draws what is around it, and the shift
-// of its strip: of each kind only the worst, and what is nearly as bad, go in the same round.
+// Rejects GNSS positions and priors, but not their photos. A wrong one pulls its neighbours and the
+// strip's shift: per round, only the worst of each kind and those nearly as bad are rejected.
 int BlockJudgement::RejectPoses(const BlockTests& tests, double caution) {
   std::array<double, kVarianceGroups + 1> worst = {};
   const auto score_of = [&](std::size_t i) {
@@ -270,8 +270,8 @@ int BlockJudgement::RejectPoses(const BlockTests& tests, double caution) {
   return rejected;
 }
 
-// What is left of a strip's GNSS where others were thrown out, if its shift and drift fit whatever
-// it says: nobody knows which were wrong.
+// Rejects the rest of a strip's GNSS positions if others were rejected and the strip's shift and
+// drift would fit the rest whatever it is: it is undecidable which were wrong.
 int BlockJudgement::RejectUntested() {
   if (system_->options.gnss == GnssModel::kPlain && !system_->EstimatesCommonGnssShift()) return 0;
   const int least = system_->options.gnss == GnssModel::kShiftAndDrift ? 3 : 2;
@@ -312,7 +312,7 @@ BlockChanges BlockJudgement::Apply(const BlockTests& tests, double caution) {
   changes.poses += RejectUntested();
   changes.points = Reject(tests, caution);
   const bool none = changes.All() == 0;
-  // While gross errors remain the poses are not to be trusted with what is already out.
+  // While gross errors remain, the poses are too unreliable to reinstate rejected observations.
   if (changes.points == 0 || changes.points * 200 < static_cast<int>(states_.size())) {
     changes.points += PutBack(tests);
     changes.points += PutBackDissolved();

@@ -16,13 +16,13 @@ namespace orient::block {
 namespace {
 
 constexpr double kGnssDriftSigma_m = 1;  // from a strip's middle to its ends
-constexpr double kHeldSigma_m = 1e-6;    // of what is an unknown in form only
+constexpr double kHeldSigma_m = 1e-6;    // of unknowns in form only, held fixed
 
-// What self-calibration may find, one sigma, in units of LensUnknowns: a millimetre. It keeps what
-// a block cannot determine from running away and says nothing about what it can.
+// Prior sigma of self-calibration, in units of LensUnknowns: a millimetre. It keeps parameters that
+// a block cannot determine from diverging, and hardly affects those that it can.
 constexpr double kLensSigma = 1.0;
 // Half of a height error is common to all of its source (a datum, a systematic survey error), half
-// of it to a cell as wide as heights resemble one another: see correlated_pose.h.
+// of it to a cell as large as heights are correlated: see correlated_pose.h.
 const double kShareRoot = std::sqrt(exterior::kCommonHeightShare);
 
 Matrix6d RootOf(const Matrix6d& covariance) {
@@ -369,7 +369,7 @@ Ray BlockSystem::LocalRay(std::size_t observation, bool* valid) const {
   return ray.value_or(Ray{Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ()});
 }
 
-// Only the image costs look at the first value at every evaluation; control was built with it.
+// Only the image costs read the start value at every evaluation; control costs were built with it.
 void BlockSystem::SetStart(std::size_t point, const Eigen::Vector3d& local_m) {
   if (control_row_of_point[point] >= 0)
     points[point] = local_m - start_m_[point];

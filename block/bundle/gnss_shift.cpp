@@ -9,14 +9,14 @@
 namespace orient::block {
 namespace {
 
-// What is taken for an error that it is not costs some precision; what is not, as one just below
-// the limit of data snooping, is a false datum of all poses.
+// A shift wrongly taken for an error costs some precision; an error that is not recognised, such as
+// one just below the limit of data snooping, is a false datum of all poses.
 constexpr double kSignificance = 0.01;
-// In variance, by which approximations as observations say next to nothing and hold what only they
-// do.
+// Variance factor at which approximations used as observations hardly contribute, but still hold
+// what nothing else holds.
 constexpr double kNextToNothing = 1e4;
 
-// Of the shift, m^2.
+// Covariance of the common GNSS shift, essentially as determined by control, m^2.
 Eigen::Matrix3d CovarianceByControl(const BlockTests& tests, const BlockNormals& as_weighted,
                                     BlockSystem* system) {
   const Eigen::MatrixXd moved = UnknownsMovedByControl(*system, as_weighted, tests);

@@ -56,7 +56,7 @@ void JoinedSubBlocks::Add(const AdjustedSubBlock& adjusted) {
   AddComponents(adjusted);
   AddStrips(adjusted);
   AddTimings(of.timings);
-  // One in which nothing can be adjusted has not failed to converge.
+  // A sub-block in which nothing can be adjusted does not count as one that failed to converge.
   any_converged_ = any_converged_ || of.converged;
   any_failed_ =
       any_failed_ || std::any_of(of.findings.begin(), of.findings.end(), [](const auto& f) {
@@ -84,8 +84,8 @@ void JoinedSubBlocks::AddPhotos(const AdjustedSubBlock& adjusted) {
   }
 }
 
-// Of those that a photo of the core shows; a sub-block has all photos that show these. Where
-// several do, of one that determines the point, by control if there is any.
+// Takes points that a core photo shows; the sub-block has all photos that show these. If several
+// sub-blocks do, takes one that determines the point, preferably by control.
 void JoinedSubBlocks::AddPoints(const AdjustedSubBlock& adjusted) {
   std::vector<bool> of_core(block_.points.size(), false), by_control(block_.points.size(), false);
   std::vector<bool> photo_by_control(block_.photos.size(), false);
@@ -176,7 +176,7 @@ void JoinedSubBlocks::FillComponents() {
   }
 }
 
-// Of the sub-block with most of the strip's positions in its core.
+// Takes each strip's GNSS from the sub-block with most of the strip's positions in its core.
 void JoinedSubBlocks::AddStrips(const AdjustedSubBlock& adjusted) {
   const auto& core = adjusted.sub.core;
   for (const StripGnss& strip : adjusted.result.strips) {
@@ -200,8 +200,8 @@ void JoinedSubBlocks::AddTimings(const BlockTimings& of) {
   sum.iterations += of.iterations;
 }
 
-// A point's sub-block may have adjusted a photo that the photo's own could not. What is left of the
-// point may be too little.
+// A point's sub-block may have adjusted a photo that the photo's own sub-block could not. The
+// observations left may be too few for the point.
 void JoinedSubBlocks::DropSightingsOfUnadjusted() {
   const auto drop = [&](std::size_t i, ObservationState state) {
     result_.observations[i] = {};
@@ -212,7 +212,7 @@ void JoinedSubBlocks::DropSightingsOfUnadjusted() {
     const ImageObservation& o = block_.observations[i];
     const ObservationState state = result_.observations[i].state;
     if (state == ObservationState::kHeldOut)
-      drop(i, state);  // checks have their own
+      drop(i, state);  // check patches hold their own residuals
     else if (result_.photos[o.photo].state != PhotoState::kAdjusted)
       drop(i, ObservationState::kUnusable);
     else if (state == ObservationState::kUsed)
@@ -261,7 +261,7 @@ void JoinedSubBlocks::FillParts() {
   for (const auto& [root, together] : connected) TellOfConnected(together, connected.size() == 1);
 }
 
-// Parts of sub-blocks that are connected with one another.
+// Adds the findings for parts of sub-blocks that are connected with one another.
 void JoinedSubBlocks::TellOfConnected(const std::vector<std::size_t>& together, bool only) {
   BlockPart all;
   std::set<std::optional<Reason>> lacking;
@@ -277,7 +277,7 @@ void JoinedSubBlocks::TellOfConnected(const std::vector<std::size_t>& together, 
     all.control_points = of.control_points;
   }
   const auto of_all = FindingOf(block_, all, only);
-  if (lacking.size() == 1) {  // the same of all
+  if (lacking.size() == 1) {  // the same for all parts
     for (const std::size_t part : together) result_.parts[part].finding = of_all;
   } else if (!only) {
     result_.findings.push_back({.reason = Reason::kPartNotConnected,

@@ -13,9 +13,9 @@
 namespace orient::block {
 namespace {
 
-// A share of the residual smaller than this is what rounding and linearisation make of nothing.
+// Smaller eigenvalues of Qvv are nothing but rounding and linearisation errors.
 constexpr double kLeastRedundancy = 0.02;
-// Of the scaled 3 x 3 normal matrix of a point.
+// Smallest determinant of a point's scaled 3 x 3 normal matrix.
 constexpr double kWeakPoint = 1e-10;
 
 std::size_t Index(int i) { return static_cast<std::size_t>(i); }
@@ -88,14 +88,14 @@ BlockNormals::BlockNormals(const BlockSystem& system, double cauchy_scale)
     const BlockRows& row = system.rows[i];
     if (row.point >= 0) continue;
     const OtherRows linear = system.LineariseOther(row);
-    // One that is out has its place in the inverse all the same: it is tested.
+    // A rejected row needs its place in the inverse all the same, because it is tested.
     const double w = row.active ? LossWeight(row, linear) : 0;
     for (int a = 0; a < row.group_count; ++a)
       for (int b = 0; b <= a; ++b)
         reduced.Add(row.groups.at(Index(a)), row.groups.at(Index(b)),
                     w * linear.by_group.at(Index(a)).transpose() * linear.by_group.at(Index(b)));
   }
-  // What no row mentions (a photo that takes no part) stays where it is.
+  // Unknowns that occur in no row (of a photo that takes no part) stay as they are.
   for (int group = 0; group < reduced.Count(); ++group)
     if (reduced.diagonal()[Index(group)].isZero(0)) reduced.Add(group, group, Matrix6d::Identity());
   cholesky_ = std::make_unique<BlockCholesky>(reduced);
@@ -223,7 +223,7 @@ struct BlockNormals::PointInverse {
   Eigen::Matrix<double, Eigen::Dynamic, 3> cross;
   Eigen::Matrix3d point;
 
-  // Of what two rows compute, before the noise of their own observations.
+  // Covariance of two rows' computed values, without the noise of their own observations.
   Eigen::Matrix2d Between(const PlacedRows& one, const PlacedRows& other) const {
     Eigen::Matrix2d sum = one.linear->by_point * point * other.linear->by_point.transpose();
     for (std::size_t a = 0; a < Index(one.group_count); ++a) {
@@ -272,7 +272,7 @@ void BlockNormals::TestPoint(std::size_t point, BlockTests* tests) const {
   if (system_.control_row_of_point[point] >= 0) tests->of_control[point] = TestControl(*e, inverse);
 }
 
-// Its two pairs of rows together; the fourth row is empty.
+// Tests both pairs of control rows together; the fourth row is empty.
 RowTest BlockNormals::TestControl(const PointEquations& e, const PointInverse& inverse) const {
   std::array<std::size_t, 2> at = {};
   std::size_t found = 0;

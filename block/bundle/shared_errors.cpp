@@ -25,13 +25,13 @@ constexpr std::size_t kWaves = 16;
 struct ControlPoint {
   const std::string* source = nullptr;
   Eigen::Vector2d place_m;
-  double sigma_m = 0;  // of its ground and of what its images say of it, one coordinate
+  double sigma_m = 0;  // of its ground and its image measurements, one coordinate
   double source_sigma_m = 0;
-  Eigen::MatrixX3d by_ground;  // reduced right side for each metre of its ground
+  Eigen::MatrixX3d by_ground;  // reduced right-hand side per metre of ground error
   std::vector<int> groups;     // of its rows, six each
 };
 
-// Of one coordinate on the ground, as its images tell it; 0 where they are no control's.
+// Variance of one ground coordinate from a single ray, on average; 0 if no ray contributes.
 double ImageVariance(const BlockSystem& system, std::size_t point) {
   double sum = 0;
   int rays = 0;
@@ -44,8 +44,8 @@ double ImageVariance(const BlockSystem& system, std::size_t point) {
   return sum > 0 ? rays / sum : 0;
 }
 
-// Of control's images and ground together: how much of the variance that they were weighted with
-// their residuals show. Where the stated variances are far too careful, so is what is shared.
+// How much of the variance used to weight control's images and ground their residuals show. If the
+// stated variances are far too large, so are the shared errors.
 double ShownByResiduals(const BlockSystem& system, const BlockTests& tests) {
   const auto sums = SumsOf(system, tests);
   double square = 0, redundancy = 0;
@@ -130,7 +130,7 @@ class SourceErrors {
   Eigen::Matrix<double, 2, 3> linear_;
 };
 
-// What all unknowns' right sides become by one draw of the errors.
+// All unknowns' right-hand sides resulting from one draw of the errors.
 Eigen::VectorXd Draw(const BlockSystem& system, const std::vector<ControlPoint>& control,
                      const Areas& areas, std::mt19937* random) {
   const BlockOptions& options = system.options;
@@ -184,7 +184,7 @@ void AddToPoses(const BlockSystem& system, const Eigen::MatrixXd& moved, BlockRe
           of_photo(photos[a]) * of_photo(photos[b]).transpose();
 }
 
-// Of what the block estimated of its cameras and of GNSS.
+// Adds to the sigmas of the camera and GNSS parameters that the block estimated.
 void AddToParameters(const BlockSystem& system, const Eigen::MatrixXd& moved, BlockResult* result) {
   const auto variances = [&](int group) -> Vector6d {
     return moved.middleRows<6>(6 * static_cast<Eigen::Index>(group)).rowwise().squaredNorm();

@@ -51,7 +51,7 @@ void BlockSolver::Synchronise() {
     std::array<double*, 4> unknowns = {};
     int count = 0;
     for (const double* unknown : system_->Unknowns(row))
-      // The unknowns are the system's, which this object was given to change.
+      // The unknowns belong to the system, which was passed to this object to be changed.
       if (unknown != nullptr)
         unknowns.at(static_cast<std::size_t>(count++)) = const_cast<double*>(unknown);  // NOLINT
     ceres::LossFunction* loss = IsUnknown(row.kind) ? nullptr : &problem_->loss;
@@ -75,7 +75,7 @@ bool BlockSolver::Solve(const BlockSolve& how, BlockTimings* timings) {
     options.linear_solver_ordering->AddElementToGroup(point.data(), 0);
   for (Vector6d& group : system_->groups)
     options.linear_solver_ordering->AddElementToGroup(group.data(), 1);
-  // Near the solution Gauss-Newton's steps, undamped: a block's weak bends converge as its rest.
+  // Undamped Gauss-Newton steps near the solution, so that weak block deformations converge, too.
   if (how.loss == BlockLoss::kNone) options.initial_trust_region_radius = 1e10;
   options.max_num_iterations = how.max_iterations;
   options.function_tolerance = how.tolerance;
@@ -88,7 +88,7 @@ bool BlockSolver::Solve(const BlockSolve& how, BlockTimings* timings) {
   timings->ceres += summary.total_time_in_seconds;
   timings->iterations += static_cast<int>(summary.iterations.size());
   ++timings->solves;
-  // IsSolutionUsable() would count a run that was cut off as well.
+  // IsSolutionUsable() would also accept a run that was stopped early.
   return summary.termination_type == ceres::CONVERGENCE;
 }
 

@@ -10,7 +10,7 @@
 namespace orient::block {
 namespace {
 
-// Of a unit diagonal: what remains of an unknown that follows from the others is rounding.
+// For a unit diagonal: a smaller pivot is rounding error of an unknown dependent on the others.
 constexpr double kOpen = 1e-11;
 // More columns at once than this gain nothing, and within a supernode work goes block by block.
 constexpr int kMostColumns = 32;
@@ -274,7 +274,7 @@ void BlockCholesky::Invert() {
   for (std::size_t i = supernodes_.size(); i-- > 0;) Invert(supernodes_[i]);
 }
 
-// Of the inverse: the lower triangle of the blocks of these rows with one another.
+// The lower triangle of the inverse's blocks for these rows.
 Eigen::MatrixXd BlockCholesky::InverseOf(const std::vector<int>& rows) const {
   const int count = static_cast<int>(rows.size());
   Eigen::MatrixXd inverse(At(count), At(count));

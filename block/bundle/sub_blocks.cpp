@@ -13,8 +13,8 @@
 namespace orient::block {
 namespace {
 
-// So many times photos that share points with those there are added to a core. With 60 % and 30 %
-// overlap once is two photos along a strip and one strip across.
+// How many times photos sharing points with those already present are added to a core. With 60 %
+// and 30 % overlap, each time adds two photos along a strip and one strip across.
 constexpr int kRings = 4;
 // A half with more than this of the whole's photos saves little memory, and takes as long again.
 constexpr double kMostOfWhole = 0.85;
@@ -63,10 +63,10 @@ SubBlock Around(const Neighbourhood& neighbourhood, std::vector<std::size_t> cor
   return sub;
 }
 
-// Across the longer side of where the photos were taken.
+// Divides across the longer side of the extent of the projection centres.
 std::array<std::vector<std::size_t>, 2> Halves(const BlockToAdjust& block,
                                                std::vector<std::size_t> photos) {
-  // What is no number lies at the origin: it would have no place in an order.
+  // Positions that are not finite count as the origin: they could not be sorted.
   const auto position = [&](std::size_t i) -> Eigen::Vector3d {
     const Eigen::Vector3d& position_m = block.photos[i].approximate.position_m;
     return position_m.allFinite() ? position_m : Eigen::Vector3d::Zero();
@@ -92,7 +92,7 @@ class Division {
   Division(const BlockToAdjust& block, std::size_t most_photos)
       : block_(block), neighbourhood_(block), most_photos_(most_photos) {}
 
-  // `sub` or, if it is too large and its halves are smaller, these.
+  // Adds `sub` or, if it is too large and its halves are smaller, the halves.
   void Divide(SubBlock sub) {
     if (sub.photos.size() > most_photos_ && sub.core.size() > 1) {
       auto [one, other] = Halves(block_, sub.core);

@@ -11,7 +11,7 @@
 namespace orient::block {
 namespace {
 
-// Medians of chi-square by degrees of freedom, to four digits; what has none is taken as it is.
+// Medians of chi-square by degrees of freedom, to four digits; 1 for no degrees of freedom.
 const std::array<double, 7> kMedianChi2 = [] {
   std::array<double, 7> medians = {1};
   for (int dof = 1; dof < 7; ++dof)
@@ -25,13 +25,13 @@ constexpr double kSettled = 0.02;
 // of control that few photos see can hardly be distinguished, and small groups would run away.
 constexpr double kStatedRedundancy = 20;
 constexpr double kLeastFactor = 1e-4, kMostFactor = 1e4;
-// From medians, which cannot tell image and ground of control apart.
+// Lower bound of factors from medians, which cannot separate image and ground of control.
 constexpr double kLeastControlFactor = 0.5;
 
 void SetFactor(RowKind kind, double factor, BlockSystem* system) {
   double least = kLeastFactor;
   if (kind == RowKind::kControlImage) least = kLeastControlFactor;
-  // Few, and before their gross errors are known: not yet better than stated.
+  // These are few, and gross errors are not yet known: not assumed to be better than stated.
   if (kind == RowKind::kGnss || kind == RowKind::kPosePrior) least = 1;
   system->SetFactor(kind, std::clamp(factor, least, kMostFactor));
 }
@@ -62,7 +62,7 @@ void FactorsFromMedians(BlockSystem* system, BlockTests* tests) {
   for (const RowKind kind :
        {RowKind::kTieImage, RowKind::kControlImage, RowKind::kGnss, RowKind::kPosePrior}) {
     std::vector<double> chi2;
-    // Of poses also what is out: whether it is wrong or stated too well the others tell.
+    // Rejected poses count, too: the others show if they are wrong or only stated too precisely.
     for (std::size_t i = 0; i < system->rows.size(); ++i)
       if (system->rows[i].kind == kind && tests->of_row[i].dof > 0 &&
           (system->IsActive(i) || system->rows[i].OfPose()))
@@ -88,14 +88,14 @@ bool FactorsFromSums(const BlockTests& tests, BlockSystem* system) {
   for (std::size_t k = 0; k < kVarianceGroups; ++k) {
     if (sums.at(k).redundancy < kLeastGroupRedundancy) continue;
     const auto kind = static_cast<RowKind>(k);
-    // v'Pv of the residuals, and of what was stated with its own degrees of freedom.
+    // v'Pv of the residuals, plus that of the stated variance with its own degrees of freedom.
     const double stated = kStatedRedundancy / system->Factor(kind);
     double factor = system->Factor(kind) * (sums.at(k).square + stated) /
                     (sums.at(k).redundancy + kStatedRedundancy);
     factor = std::clamp(factor, kLeastFactor, kMostFactor);
-    // Approximations that happen to be good are no better known for it.
+    // Approximations that happen to fit well do not become more precise by that.
     if (kind == RowKind::kPosePrior) factor = std::max(factor, 1.0);
-    // A quarter of its own standard deviation is not worth another adjustment.
+    // Changes below a quarter of the factor's standard deviation are not worth another adjustment.
     const double noise = 0.25 * std::sqrt(2 / sums.at(k).redundancy);
     if (std::abs(factor / system->Factor(kind) - 1) < std::max(kSettled, noise)) continue;
     changed = true;

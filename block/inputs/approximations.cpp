@@ -21,7 +21,7 @@
 namespace orient::block {
 namespace {
 
-constexpr double kReach = 0.5;  // of a frame on the ground from its centre, in flying heights
+constexpr double kReach = 0.5;  // half the side of a frame's footprint, in flying heights
 
 // The first of these columns that the layer has (whatever its case), or -1.
 template <std::size_t kCount>

@@ -20,8 +20,8 @@
 namespace orient::block {
 namespace {
 
-// Of a frame's shorter side on the ground: what is known as well as that need not be searched for
-// in the whole photo.
+// Share of the frame's shorter side on the ground: for an approximation at least this accurate, the
+// whole photo need not be searched.
 constexpr double kWellKnown = 0.1;
 // A focal length that differs by more is another lens.
 constexpr double kFocalLengthTolerance = 0.03;
@@ -60,7 +60,7 @@ BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& c
   Fill();
 }
 
-// One that is not scanned locates the others of its strip none the less.
+// A photo that is not scanned still locates the others of its strip.
 std::set<std::string> BlockApproximations::PhotosAndPlaces() const {
   std::set<std::string> photos;
   for (const std::string& path : block_.photos) photos.insert(PhotoName(path));
@@ -85,7 +85,7 @@ void BlockApproximations::ReadTable() {
 }
 
 void BlockApproximations::ReadFiles() {
-  // What the file of a film photo says is of the scanner, or of the camera that reproduced it.
+  // Metadata of a film photo describe the scanner, or the camera that reproduced the film.
   if (camera_.kind == CameraKind::kFilm) return;
   std::set<std::string> have;
   for (const OrientationRow& row : known_) have.insert(row.photo);
@@ -116,7 +116,7 @@ void BlockApproximations::ReadFiles() {
                         .where = Listed(other_lens)});
 }
 
-// Of a photo that its strip locates it knows angles and height, too.
+// Takes positions given by a person; a strip that locates the photo adds angles and height.
 void BlockApproximations::TakeSaid(const Measurements& said) {
   std::set<std::string> in_strips, known;
   for (const FlightStrip& strip : block_.flight.strips)

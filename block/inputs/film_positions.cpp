@@ -9,14 +9,14 @@
 namespace orient::block {
 namespace {
 
-// What fiducial marks tell of the film between them: with four marks their residuals have but two
-// degrees of freedom, so they are taken together with what aerial film is known to do.
+// Film deformation between the fiducial marks: with four marks their residuals have only two
+// degrees of freedom, so they are combined with prior knowledge of aerial film.
 constexpr double kFilmSigma_mm = 0.003;
 constexpr double kFilmDegreesOfFreedom = 2;
 
-// Of the film's smooth deformation between the marks. What a reseau leaves of it: by how much its
-// crosses, each left out, miss their prediction beyond their own noise, and no less than half that
-// noise, with which the prediction is made.
+// Sigma of the film's smooth deformation between the marks. With a reseau, what it leaves: by how
+// much its crosses, each left out in turn, miss their prediction beyond their own noise, but at
+// least half that noise, which the prediction contains.
 double FilmSigma(const InteriorResult& result) {
   if (!result.reseau) return kFilmSigma_mm;
   const double noise = result.reseau->noise_um, left_out = result.reseau->left_out_rms_um;

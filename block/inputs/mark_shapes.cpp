@@ -11,7 +11,7 @@
 namespace orient::block {
 namespace {
 
-// A whole scan in place of a cut-out mark would be read, and searched for, in vain.
+// Refuses a whole scan in place of a cut-out mark: reading and searching it would be in vain.
 Image LoadPicture(const std::string& mark, const MarkImage& image) {
   constexpr double kLargest_mm = 20;
   const Raster raster = Raster::Open(image.path);

@@ -24,7 +24,7 @@ Finding Said(Reason reason, const Decision& decision, Status at_best) {
   return {.reason = reason, .at_best = at_best, .where = TextOf(decision)};
 }
 
-// True where the photo is rejected.
+// True if the photo is rejected.
 template <typename Result>
 bool Judge(const Measurements& said, Result* result) {
   std::erase_if(result->findings, [](const Finding& finding) {  // of an earlier stage
@@ -46,14 +46,14 @@ bool Judge(const Measurements& said, Result* result) {
   return true;
 }
 
-// How high photos are that were taken as these were.
+// Expected heights of photos taken on the same flight as these.
 struct FlyingHeights {
   std::optional<double> median_m;
   double sigma_m = 0;
 };
 
 FlyingHeights HeightsOf(const std::vector<OrientationRow>& rows) {
-  constexpr double kLeastSigma_m = 50;  // one flight's photos differ by that
+  constexpr double kLeastSigma_m = 50;  // typical differences within a flight
   std::vector<double> heights, departures;
   for (const OrientationRow& row : rows)
     if (std::isfinite(row.pose.position_m.z())) heights.push_back(row.pose.position_m.z());
@@ -87,7 +87,7 @@ void RequireKnownMarks(const Measurements& said, const std::string& photo,
 
 namespace {
 
-// What is left of a name that was written otherwise: "New-1.2" -> "new12".
+// Letters and digits in lower case, to match other spellings of a name: "New-1.2" -> "new12".
 std::string LettersAndDigits(const std::string& name) {
   std::string text;
   for (const char c : name)

@@ -30,7 +30,7 @@ std::string PathOf(const Raster& photo, const std::string& interior_directory) {
   return InteriorResultPath(interior_directory, PhotoName(photo.Path()));
 }
 
-// Of a film photo; `path`: of its file. Throws InputError where it is another scan's.
+// A film photo's interior orientation, in file `path`. Throws InputError if it is another scan's.
 InteriorResult ReadOwnInterior(const Raster& photo, const std::string& path) {
   InteriorResult interior = ReadInteriorResult(path);
   const std::string why =

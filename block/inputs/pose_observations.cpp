@@ -24,7 +24,7 @@ std::optional<PosePrior> PriorOf(const BlockFile& block, const OrientationRow& r
   return PosePrior{row.pose, sigma.cwiseAbs2().asDiagonal()};
 }
 
-// What a flying height says of an approximation is no GNSS position.
+// A GNSS position needs a height of its own; none is completed from a flying height.
 void LeaveOutRowsWithoutHeight(OrientationTable* table) {
   std::vector<OrientationRow> whole;
   for (OrientationRow& row : table->rows)

@@ -20,15 +20,15 @@ using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// How well flights keep to their plan, as shares of base, of the distance of strips and of the
-// flying height.
-constexpr double kStepAlong = 0.07, kStepAcross = 0.04;    // of one base from the strip's
-constexpr double kBaseAlong = 0.12, kBaseAcross = 0.09;    // of a strip's base from what is stated
-constexpr double kBackAlong = 0.1, kBackAcross = 0.06;     // of a strip's from the one before
-constexpr double kAbreast = 0.4, kAbreastOfPhoto = 0.3;    // of a base; more a photo more in one
-constexpr double kApart = 0.15, kApartOfOne = 0.1;         // of the distance of strips
+// How well flights keep to their plan, as shares of the base, the strip spacing and the flying
+// height.
+constexpr double kStepAlong = 0.07, kStepAcross = 0.04;    // of one base from the strip's base
+constexpr double kBaseAlong = 0.12, kBaseAcross = 0.09;    // of a strip's base from the stated one
+constexpr double kBackAlong = 0.1, kBackAcross = 0.06;     // of a base from the previous strip's
+constexpr double kAbreast = 0.4, kAbreastOfPhoto = 0.3;    // of a base; plus this per extra photo
+constexpr double kApart = 0.15, kApartOfOne = 0.1;         // of the strip spacing
 constexpr double kClimb = 0.01, kClimbToNextStrip = 0.02;  // of the flying height
-constexpr double kAnywhere = 0.75;                         // where the direction is not known
+constexpr double kAnywhere = 0.75;                         // if the direction is unknown
 const double kTilt_rad = RadFromDeg(3);
 const double kCrab_rad = RadFromDeg(5), kCrabOfOtherStrip_rad = RadFromDeg(8);
 constexpr double kLeastSigma_m = 0.01;
@@ -105,7 +105,7 @@ class StripAdjustment {
     }
   }
 
-  // Twice: the first time finds a direction that nobody states.
+  // Solves twice if no direction is stated: the first solution finds it.
   void Run() {
     direction_ = StatedDirection();
     if (direction_ && plan_.next_strip && !TellsSide(*direction_))
@@ -136,7 +136,7 @@ class StripAdjustment {
     return std::abs(Vector2d(-direction.y(), direction.x()).dot(*plan_.next_strip)) >= kLeastAcross;
   }
 
-  // Of a strip relative to the first one.
+  // Direction of a strip relative to the first one, 1 or -1.
   double Sense(std::size_t strip) const { return plan_.back_and_forth && strip % 2 == 1 ? -1 : 1; }
 
   std::optional<Vector2d> StatedDirection(std::size_t strip) const {
@@ -145,8 +145,8 @@ class StripAdjustment {
     return std::nullopt;
   }
 
-  // Of the flight's, or where all strips have one and the same. One strip's alone says nothing of
-  // the others: it may be a cross strip.
+  // The flight's stated direction, or the strips' if all have the same. One strip's alone does not
+  // apply to the others: it may be a cross strip.
   std::optional<Vector2d> StatedDirection() const {
     if (plan_.azimuth_rad) return Towards(*plan_.azimuth_rad);
     const double agree = std::cos(RadFromDeg(20));
@@ -177,13 +177,13 @@ class StripAdjustment {
     return std::nullopt;
   }
 
-  // Of the first strip, as the strip says whose base is known best.
+  // Direction of the first strip, from the strip whose base is known best.
   std::optional<Vector2d> FoundDirection() const {
     constexpr double kLeastSigmas = 4;
     std::optional<Vector2d> found;
     double best = kLeastSigmas;
     for (std::size_t i = 0; i < plan_.strips.size(); ++i) {
-      if (plan_.strips[i].azimuth_rad) continue;  // its own only
+      if (plan_.strips[i].azimuth_rad) continue;  // applies to that strip only
       const Solution base = system_->Of(Base(i));
       const double sigma = std::sqrt(base.covariance.topLeftCorner<2, 2>().trace() / 2);
       const double sigmas = base.value.head<2>().norm() / sigma;
@@ -231,7 +231,7 @@ class StripAdjustment {
                      kBaseAcross * base, kClimb * height_m_));
   }
 
-  // This strip and the one before.
+  // Observes this strip relative to the one before.
   void ObserveBeside(std::size_t strip) {
     const double base = distances_.base_m, apart = distances_.apart_m;
     const double same_way = Sense(strip) * Sense(strip - 1);
@@ -280,7 +280,7 @@ class StripAdjustment {
   std::optional<LinearSystem> system_;
 };
 
-// What a strip is flown towards, as far as the plan says; clockwise from north.
+// Azimuth in which a strip is flown, if the plan states one; clockwise from north.
 std::optional<double> AzimuthOf(const FlightPlan& plan, std::size_t strip) {
   const bool back = plan.back_and_forth && strip % 2 == 1;
   if (plan.strips[strip].azimuth_rad) return plan.strips[strip].azimuth_rad;
@@ -288,7 +288,7 @@ std::optional<double> AzimuthOf(const FlightPlan& plan, std::size_t strip) {
   return std::nullopt;
 }
 
-// Between the kappas of two strips; unknown where only one of them has an azimuth.
+// Difference between two strips' kappas; unknown if only one of them has an azimuth.
 std::optional<double> TurnBetween(const FlightPlan& plan, std::size_t from, std::size_t to) {
   if (from == to) return 0;
   const auto there = AzimuthOf(plan, from), here = AzimuthOf(plan, to);
@@ -297,7 +297,7 @@ std::optional<double> TurnBetween(const FlightPlan& plan, std::size_t from, std:
   return plan.back_and_forth && (from + to) % 2 == 1 ? std::numbers::pi : 0;
 }
 
-// Kappa of a photo after the located ones, or unknown.
+// Takes a photo's kappa from the nearest located one, if any; otherwise it is unknown.
 void TakeKappa(const FlightPlan& plan, const std::map<std::string, OrientationRow>& located,
                std::size_t strip, std::size_t number, OrientationRow* row) {
   row->attitude_known = false;

@@ -88,7 +88,7 @@ Colour FrameColour(PatchState state) {
   return state == PatchState::kRejected ? kRejected : kNotFound;
 }
 
-// The photo around a place, resampled to nothing: whole pixels are enough for the eye.
+// The photo around a place without resampling: whole pixels are accurate enough for viewing.
 Image PhotoAround(const exterior::PhotoImage& photo, const Eigen::Vector2d& centre, int side) {
   const Eigen::Vector2d corner = (centre.array() - side / 2.0).round();
   const ImageWindow window = photo.Around(corner + Eigen::Vector2d::Constant(side / 2.0),

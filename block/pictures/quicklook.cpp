@@ -54,7 +54,7 @@ std::optional<GroundGrid> GridOver(const std::vector<QuicklookPhoto>& photos,
   return grid;
 }
 
-// What one photo gives to the mosaic: its orthophoto and how far each pixel is from its middle.
+// A photo's contribution to the mosaic: orthophoto and each pixel's distance from the photo centre.
 struct Layer {
   Image ortho, off_middle, to_border;
 };
@@ -134,7 +134,7 @@ struct Mosaic {
   }
 };
 
-// How far the best and the second-best photo's middles are, and how near their borders.
+// Distances to the centres of the best and second-best photos, and nearness of their borders.
 struct Ranking {
   Image first_off, second_off, first_border, second_border;
 };

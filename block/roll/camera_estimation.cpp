@@ -32,7 +32,7 @@ Row2 Effect(const Vector2d& p) {
   return j;
 }
 
-// A scan's marks in use: index of the mark, and where its present transform puts it.
+// A mark as seen in a scan, and whether it is in use.
 struct Sighting {
   size_t scan = 0;
   size_t mark = 0;
@@ -66,7 +66,7 @@ class Adjustment {
     return scans_ >= 3 && shown_.size() >= 4;
   }
 
-  // Until nothing is contradicted any more; false where too little is left.
+  // Rejects until nothing is contradicted any more; false if too little is left.
   bool Run() {
     if (!Prepare()) return false;
     for (int rounds = kFirstRounds;; rounds = kRounds) {
@@ -183,7 +183,7 @@ class Adjustment {
     return gauge;
   }
 
-  // s s' with what a similarity takes up of s taken away.
+  // s s' without the part of s that a similarity absorbs.
   MatrixXd WithoutPose(const MatrixXd& s) const {
     const MatrixXd pose = Gauge(shown_, kPose);
     const MatrixXd left = s - pose * pose.colPivHouseholderQr().solve(s);
@@ -192,7 +192,7 @@ class Adjustment {
 
   long GaugeColumns() const { return common_ == CommonAffinity::kUnknown ? 6 : kPose; }
 
-  // One scan: what is left of it once its own parameters are free, and those parameters.
+  // A scan's observations with the matrices that eliminate its own parameters.
   struct ScanPart {
     std::vector<size_t> sightings;
     MatrixXd j;        // 2k x 6
@@ -219,8 +219,8 @@ class Adjustment {
     return part;
   }
 
-  // Of the prior that a film's own affinity is small, in units of the noise. Three marks leave the
-  // affinity to the prior altogether.
+  // Weight of the prior that a film's own affinity is small, in units of the noise. Three marks
+  // leave the affinity to the prior altogether.
   double AffinityWeight() const {
     const double ratio = noise_ / affinity_;
     return ratio * ratio;
@@ -253,19 +253,19 @@ class Adjustment {
     Update(parts);
   }
 
-  // The scan's affinity so far has a prior as well: the parameters are corrections to it.
+  // The prior applies to the scan's whole affinity, of which the parameters are only corrections.
   VectorXd PriorPull(size_t scan) const {
     VectorXd pull = VectorXd::Zero(6);
     pull.tail<2>() = -AffinityWeight() * (transform_[scan].affinity - PriorMean());
     return pull;
   }
-  // A common affinity that is unknown is no film's own: the prior is about the scans' mean.
+  // An unknown common affinity is not a film's own: the prior is centred on the scans' mean.
   Vector2d PriorMean() const {
     return common_ == CommonAffinity::kUnknown ? mean_affinity_ : Vector2d::Zero();
   }
 
   // Minimises |m - placed - J p|^2 + W |a + p_a - mean|^2 over p: with H = (J'J + W)^-1,
-  // p = H (J'(m - placed) + pull), and what is left is linear in m.
+  // p = H (J'(m - placed) + pull), and the residuals are linear in m.
   void AddScan(size_t scan, const ScanPart& part, MatrixXd* normal, VectorXd* right) const {
     const auto rows = part.j.rows();
     if (rows == 0) return;
@@ -283,7 +283,7 @@ class Adjustment {
     }
   }
 
-  // The scans' transforms, then noise and affinity from what is left (expectation maximisation for
+  // The scans' transforms, then noise and affinity from the residuals (expectation maximisation for
   // the affinity: its variance is that of the estimates plus their own uncertainty).
   void Update(const std::vector<ScanPart>& parts) {
     double squares = 0, affinity_squares = 0, prior_squares = 0;
@@ -308,8 +308,8 @@ class Adjustment {
       observations += part.placed.size();
       ++scans;
     }
-    // The two affinities of a scan are unknowns and, by their prior, observations. What the start
-    // positions decide is not unknown; a common affinity that is, is the prior's mean instead.
+    // A scan's two affinities are unknowns and, by their prior, observations. What the start
+    // positions fix is not an unknown; if the common affinity is, it enters as the prior's mean.
     const auto unknown = 2 * static_cast<long>(shown_.size()) - kPose;
     const double redundancy =
         std::max(1.0, static_cast<double>(observations - kPose * scans - unknown));
@@ -318,7 +318,7 @@ class Adjustment {
     mean_affinity_ = sum / static_cast<double>(scans);
   }
 
-  // The sighting with the largest residual for its own precision; empty where none is too large.
+  // The sighting with the largest residual relative to its precision; empty if none is too large.
   std::optional<size_t> Worst() const {
     std::optional<size_t> worst;
     double most = kContradicted;

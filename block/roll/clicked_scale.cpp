@@ -15,7 +15,7 @@ namespace {
 
 using Eigen::Matrix2d;
 
-// The linear part of photo mm from the scan's pixels, as the stated positions have it.
+// Linear part of the transform from scan pixels to photo mm, from the stated positions.
 Matrix2d ByPositions(const ClickedScan& scan, const NewCameraOptions& options) {
   constexpr double kLargest_mm = 3;  // a print curls by millimetres
   std::vector<PointPair2d> pairs;
@@ -53,7 +53,7 @@ Matrix2d ByPositions(const ClickedScan& scan, const NewCameraOptions& options) {
   return fit.transform.A;
 }
 
-// Millimetres a pixel, as the stated distances have it.
+// Millimetres per pixel, from the stated distances.
 std::optional<double> PixelByDistances(const ClickedScan& scan,
                                        const std::vector<StatedDistance>& distances) {
   constexpr double kLargestDeviation = 0.05;  // prints shrink by up to 2.5 % in one direction

@@ -19,8 +19,8 @@ using Eigen::Vector2d;
 using Eigen::VectorXd;
 using Positions = std::vector<Vector2d>;
 
-// Marks as the scans' places have them, and every scan's similarity from position to place. Empty
-// where the scans have too few marks in common.
+// Mark positions from the places in the scans, and each scan's similarity from position to place.
+// Empty if the scans have too few marks in common.
 struct Start {
   Positions position_mm;
   std::vector<Affine2d> place_from_position;
@@ -68,7 +68,7 @@ class Equations {
       : normal_(MatrixXd::Zero(unknowns, unknowns)), right_(VectorXd::Zero(unknowns)) {}
 
   using Row = std::vector<std::pair<Eigen::Index, double>>;
-  // `what`: of an observation; none for a condition.
+  // `what`: identifies an observation; none for a condition.
   void Add(const Row& row, double misclosure, double sigma,
            const std::optional<LayoutContradiction>& what = std::nullopt) {
     if (what) observations_.push_back({row, misclosure, sigma, *what});
@@ -78,7 +78,7 @@ class Equations {
       for (const auto& [j, b] : row) normal_(i, j) += weight * a * b;
     }
   }
-  // At the solution: every observation's residual over its sigma.
+  // At the solution: the observation with the largest standardised residual above the limit.
   std::optional<LayoutContradiction> Worst() const {
     constexpr double kCritical = 5, kLeastRedundancy = 1e-4;
     const MatrixXd covariance = normal_.inverse();
@@ -179,8 +179,8 @@ class LayoutAdjustment {
         Residual(d), d.sigma_mm, LayoutContradiction{std::nullopt, std::nullopt, index, 0});
   }
 
-  // The marks as a whole keep place, direction and, without distances, size: what is left to be
-  // chosen freely.
+  // Datum: the marks as a whole keep position, direction and, without distances, size, which the
+  // observations do not determine.
   void AddDatum(Equations* equations) const {
     constexpr double kSigma_mm = 1e-5;
     Vector2d mean = Vector2d::Zero();
@@ -250,8 +250,8 @@ std::optional<Vector2d> MiddleOfThree(const Positions& marks) {
   return std::nullopt;
 }
 
-// Where the lines between opposite marks, as seen from `middle`, meet, by least squares; empty
-// where no two of them cross at a fair angle.
+// Least-squares intersection of the lines between marks that lie opposite each other, seen from
+// `middle`; empty if no two of them cross at a sufficient angle.
 std::optional<Vector2d> MeetAbout(const Positions& marks, const Vector2d& middle) {
   constexpr double kLeastDeterminant = 0.1;
   Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
@@ -266,7 +266,7 @@ std::optional<Vector2d> MeetAbout(const Positions& marks, const Vector2d& middle
   return Vector2d(normal.inverse() * right);
 }
 
-// The same from the middle of the marks' box, and again from where they met.
+// The same starting from the centre of the marks' box, iterated from each intersection.
 std::optional<Vector2d> Meet(const Positions& marks) {
   constexpr int kRounds = 3;
   if (const auto middle = MiddleOfThree(marks)) return middle;
@@ -279,7 +279,7 @@ std::optional<Vector2d> Meet(const Positions& marks) {
   return middle;
 }
 
-// By how much the marks are turned against axes and diagonals, as far as they lie on them.
+// Mean rotation of the marks relative to axes and diagonals; 0 if any lies off these.
 double TurnOf(const Positions& marks) {
   constexpr double kEighth = std::numbers::pi / 4, kAligned = 6 * std::numbers::pi / 180;
   double sum = 0, largest = 0;

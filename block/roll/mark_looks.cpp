@@ -23,15 +23,15 @@ using Eigen::Vector2d;
 using Elements = std::vector<MarkElement>;
 using Fit = std::optional<interior::FittedDrawing>;
 
-constexpr size_t kMostFitted = 3;    // sightings of a mark, or marks of a look, that are fitted to
-constexpr double kAsWell = 0.06;     // of the correlation, that another mark's drawing may cost
-constexpr double kLeastDrawn = 0.7;  // mean correlation of a drawing; marks below have a picture
-constexpr double kLeastShared = 0.65;  // the same of a drawing that so many marks have:
+constexpr size_t kMostFitted = 3;    // sightings of a mark, or marks of a look, used in a fit
+constexpr double kAsWell = 0.06;     // loss of correlation accepted with another mark's drawing
+constexpr double kLeastDrawn = 0.7;  // mean correlation of a drawing; marks below it get a picture
+constexpr double kLeastShared = 0.65;  // the same for a drawing shared by this many marks:
 constexpr size_t kSharedBy = 3;
 
 std::string LookName(const MarkSeen& mark) { return "mark_" + mark.id; }
 
-// A mark's first sightings, to which drawings are fitted and held.
+// A mark's first sightings, to which drawings are fitted and compared.
 using Seen = std::vector<interior::SeenMark>;
 
 Seen FirstSeen(const MarkSeen& mark) {
@@ -47,8 +47,8 @@ double ScoreBeside(const Elements& drawing, const Elements& other, const Seen& m
   return interior::LocateDrawing(drawing, mark, radius).MeanCorrelation();
 }
 
-// Drawings that may be those of the camera's marks: each mark's own, and, where none of these
-// explains all of them, the one of all together.
+// Candidate drawings of the camera's marks: each mark's own and, if none of these explains all
+// marks, one fitted to all of them together.
 class Candidates {
  public:
   Candidates(const std::vector<Fit>& fits, const std::vector<Seen>& marks) : marks_(marks) {
@@ -72,8 +72,8 @@ class Candidates {
 
   const Elements& Drawing(size_t k) const { return drawings_[k]; }
 
-  // The drawing that explains most of the marks left, and these marks, for marks of one camera look
-  // alike more often than not; of several the one that explains them best. None where nothing is
+  // The drawing that explains most of the remaining marks, and these marks: marks of one camera
+  // mostly look alike. Among several, the one that explains them best. No marks if nothing is
   // explained.
   std::pair<size_t, std::vector<size_t>> Best(const std::vector<bool>& left) const {
     std::pair<size_t, std::vector<size_t>> best;
@@ -112,7 +112,7 @@ class Candidates {
   std::vector<std::vector<bool>> explained_;  // per drawing and mark
 };
 
-// Fitted anew to all of a group's marks, up to kMostFitted, where that explains them better.
+// The drawing, refitted to up to kMostFitted marks of a group if that explains them better.
 Elements Refined(const Elements& drawing, const std::vector<const MarkSeen*>& group) {
   std::vector<interior::SeenMark> seen;
   for (const MarkSeen* mark : group)
@@ -126,7 +126,7 @@ Elements Refined(const Elements& drawing, const std::vector<const MarkSeen*>& gr
   return score(fitted->elements) > score(drawing) ? fitted->elements : drawing;
 }
 
-// On all scans.
+// Measures the mark on all scans.
 void Measure(const Elements& drawing, MarkSeen* mark) {
   std::vector<interior::SeenMark> seen;
   for (const Sighting& sighting : mark->sightings) seen.push_back(sighting.seen);
@@ -139,7 +139,7 @@ void Measure(const Elements& drawing, MarkSeen* mark) {
   mark->correlation = located.MeanCorrelation();
 }
 
-// Looks of elements, and the marks measured that have them; the others are left.
+// Finds looks drawn by elements and measures the marks that have them; the others stay in `left`.
 std::vector<Look> DrawnLooks(const Candidates& candidates, std::vector<MarkSeen>* marks,
                              std::vector<bool>* left) {
   std::vector<Look> looks;
@@ -195,7 +195,7 @@ bool IsWhole(const Image& picture) {
                      [](float value) { return std::isfinite(value); });
 }
 
-// To mean 0 and variance 1: scans differ in contrast.
+// Normalises to mean 0 and variance 1, as scans differ in contrast.
 Image Standardised(Image picture) {
   const auto count = static_cast<Eigen::Index>(picture.values.size());
   Eigen::Map<Eigen::ArrayXf> values(picture.values.data(), count);
@@ -204,7 +204,7 @@ Image Standardised(Image picture) {
   return picture;
 }
 
-// To 0 .. 255.
+// Stretches the grey values to 0 .. 255.
 Image Stretched(Image picture) {
   const auto [low, high] = std::minmax_element(picture.values.begin(), picture.values.end());
   const float from = *low, step = 255.0f / std::max(*high - *low, 1e-6f);
@@ -212,7 +212,7 @@ Image Stretched(Image picture) {
   return picture;
 }
 
-// Cut out at the first scan's click, and averaged with the others, as far as these hold it whole.
+// A mark's picture, cut out at the first scan's click and averaged with scans that show it whole.
 Look PictureOf(MarkSeen* mark, double radius_mm) {
   const Sighting& at_first = mark->sightings.front();
   const interior::SeenMark& first = at_first.seen;
@@ -243,8 +243,8 @@ Look PictureOf(MarkSeen* mark, double radius_mm) {
   return look;
 }
 
-// Whether the surroundings of a drawn mark are a picture: there is more in them than a fifth of the
-// mark's contrast.
+// Whether a drawn mark lies in the picture itself: its surroundings vary by more than a fifth of
+// the mark's contrast.
 bool LiesInPicture(const std::vector<MarkElement>& elements, const Sighting& sighting) {
   constexpr double kNearest_mm = 0.15, kFarthest_mm = 0.7, kPicture = 0.2;
   const MarkDrawing drawing{elements, MarkBackground::kDark, std::nullopt};
@@ -266,7 +266,7 @@ bool LiesInPicture(const std::vector<MarkElement>& elements, const Sighting& sig
   return Robust(surroundings).sigma > kPicture * contrast;
 }
 
-// By the majority of what is seen of them.
+// The background of a look's marks, by the majority of their sightings.
 MarkBackground BackgroundOf(const Look& look, size_t index, const std::vector<MarkSeen>& marks) {
   int in_picture = 0, seen = 0;
   for (const MarkSeen& mark : marks)
@@ -278,8 +278,8 @@ MarkBackground BackgroundOf(const Look& look, size_t index, const std::vector<Ma
   return 2 * in_picture > seen ? MarkBackground::kImage : MarkBackground::kDark;
 }
 
-// A mark that no drawing explains well of a camera most of whose marks have one: that one, where it
-// is recognised. Measures the mark there.
+// Gives a mark that no drawing explains well a drawing that several other marks share, if the mark
+// is recognised with it. Measures the mark there.
 bool JoinsALook(const std::vector<Look>& looks, const std::vector<MarkSeen>& marks,
                 const std::vector<bool>& left, MarkSeen* mark) {
   constexpr double kRecognised = 0.5;

@@ -103,7 +103,7 @@ std::vector<ScanOfMarks> ClickedPlaces(const std::vector<ClickedScan>& scans,
   return places;
 }
 
-// The same of the marks as they were measured.
+// The same for the marks as measured.
 std::vector<ScanOfMarks> MeasuredPlaces(std::vector<ScanOfMarks> places,
                                         const std::vector<Matrix2d>& mm_from_pixel,
                                         const std::vector<MarkSeen>& marks) {
@@ -113,7 +113,7 @@ std::vector<ScanOfMarks> MeasuredPlaces(std::vector<ScanOfMarks> places,
   return places;
 }
 
-// What the adjustment of the places finds contradictory, named.
+// Throws InputError that names the contradiction found by the adjustment of the places.
 [[noreturn]] void ThrowContradiction(const LayoutContradiction& found,
                                      const std::vector<ScanOfMarks>& places,
                                      const std::vector<std::string>& ids,
@@ -131,7 +131,7 @@ std::vector<ScanOfMarks> MeasuredPlaces(std::vector<ScanOfMarks> places,
       ids[found.mark.value()], places[found.scan.value()].name, found.off_mm));
 }
 
-// `clicks_mm`: what the places may be off by as clicks; 0 for measured ones.
+// `clicks_mm`: uncertainty of the places as clicks; 0 for measured places.
 MarkLayout LayoutOf(const std::vector<ScanOfMarks>& places, const std::vector<std::string>& ids,
                     const NewCameraOptions& options, double clicks_mm) {
   // Desktop scans and prints have two scales that differ by up to 1.4 % or more.
@@ -139,7 +139,7 @@ MarkLayout LayoutOf(const std::vector<ScanOfMarks>& places, const std::vector<st
   std::vector<MarkDistance> distances;
   for (const StatedDistance& d : options.distances)
     distances.push_back({IndexOf(d.from, ids), IndexOf(d.to, ids), d.distance_mm, d.sigma_mm});
-  // What a scanner does to all scans alike does not become less with their number.
+  // Errors that a scanner makes alike in all scans do not average out with their number.
   const double scanner_mm = (options.photogrammetric ? kPhotogrammetric_mm : kDesktop_mm) *
                             std::sqrt(static_cast<double>(places.size()));
   const auto layout = EstimateLayout(places, distances, std::hypot(scanner_mm, clicks_mm));
@@ -151,7 +151,7 @@ MarkLayout LayoutOf(const std::vector<ScanOfMarks>& places, const std::vector<st
   return *layout;
 }
 
-// Every scan as the marks' layout lies on it, its rotation included.
+// mm_from_pixel of every scan, rotated to the marks' layout.
 std::vector<Matrix2d> Upright(const std::vector<ScanOfMarks>& places, const MarkLayout& layout,
                               const std::vector<Matrix2d>& mm_from_pixel) {
   std::vector<Matrix2d> upright;
@@ -181,7 +181,7 @@ MarkDrawing DrawingOf(const Look& look) {
 // To a ten thousandth of a millimetre, so that the file can be read.
 Vector2d Rounded(const Vector2d& mm) { return (mm * 1e4).array().round() / 1e4; }
 
-// As far as the marks are from the axes through the origin, to a tenth of a millimetre.
+// Twice the marks' largest distances from the axes through the origin, to a tenth of a millimetre.
 Vector2d ExtentOf(const std::vector<Fiducial>& fiducials) {
   Vector2d half = Vector2d::Zero();
   for (const Fiducial& f : fiducials) half = half.cwiseMax(f.position_mm.cwiseAbs());
@@ -237,7 +237,7 @@ NewCamera MakeCamera(const std::vector<ClickedScan>& scans, const NewCameraOptio
     mm_from_pixel.push_back(scale.mm_from_pixel);
   }
   made.pixel_size_um = 1e3 * std::sqrt(std::abs(mm_from_pixel.front().determinant()));
-  // What can be found wrong is, before the fit, which takes a while.
+  // Errors in the input are found before the fit, which takes a while.
   const auto clicked = ClickedPlaces(scans, mm_from_pixel, ids);
   const bool stated = !options.positions.empty();
   MarkLayout layout;

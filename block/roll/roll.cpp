@@ -81,7 +81,7 @@ bool IsOfRoll(const Finding& finding) {
   }
 }
 
-// Takes back what an earlier comparison said.
+// Removes the findings of an earlier comparison and restores the status.
 void Forget(InteriorResult* result) {
   if (result->status_alone) result->status = *result->status_alone;
   result->status_alone.reset();
@@ -120,7 +120,7 @@ std::optional<RollStatistics> StatisticsOfRoll(const std::vector<InteriorResult>
 
 namespace {
 
-// As it is told: one photo more in the roll must not change the others' results in the last digit.
+// As reported: one more photo in the roll must not change the others' results in the last digit.
 double Rounded(double value) { return std::round(1e3 * value) / 1e3; }
 
 }  // namespace

@@ -15,13 +15,13 @@ namespace {
 
 using interior::kSureNats;
 
-constexpr int kFewestPhotos = 3;            // that tell it
+constexpr int kFewestPhotos = 3;            // with evidence for it
 constexpr double kTelling = 1;              // nats between two orientations
-constexpr double kMostContradicting = 0.1;  // of the photos that tell anything
+constexpr double kMostContradicting = 0.1;  // of the photos with any evidence
 
 using Nats = std::array<double, kAllScanOrientations.size()>;
 
-// Of each scan orientation less those of the photo's likeliest one.
+// Log-likelihood of each scan orientation relative to the photo's likeliest one.
 Nats VotesOf(const InteriorResult& photo) {
   Nats nats;
   nats.fill(-kSureNats);
@@ -37,7 +37,7 @@ bool Leaves(const InteriorResult& photo, ScanOrientation orientation) {
   return VotesOf(photo)[static_cast<size_t>(orientation)] > -kSureNats;
 }
 
-// The part of a photo's votes that its marks' positions have; empty where they have none.
+// The part of a photo's votes due to its marks' positions; empty if they contribute none.
 std::optional<Nats> VotesOfPositions(const InteriorResult& photo) {
   const auto by_positions =
       std::find_if(photo.orientation_evidence.begin(), photo.orientation_evidence.end(),
@@ -53,8 +53,8 @@ std::optional<Nats> VotesOfPositions(const InteriorResult& photo) {
   return nats;
 }
 
-// The photos' votes are independent, but for those of the marks' positions: what scanner, film and
-// camera file do to these is the same in every photo, so that of them the mean counts, once.
+// The photos' votes are independent except those of the marks' positions: what scanner, film and
+// camera file do to these is the same in every photo, so only their mean counts, once.
 struct Sum {
   Nats nats{};
   std::vector<Nats> votes;  // of the photos that can be read
@@ -76,13 +76,13 @@ struct Sum {
       nats[i] += positions[i] / with_positions;
   }
 
-  // Photos that tell one orientation against another.
+  // Number of photos with evidence for one orientation against another.
   std::ptrdiff_t Telling(size_t one, size_t other) const {
     return std::count_if(votes.begin(), votes.end(),
                          [&](const Nats& vote) { return vote[one] - vote[other] >= kTelling; });
   }
 
-  // Photos that tell anything.
+  // Number of photos with any evidence.
   std::ptrdiff_t Telling() const {
     return std::count_if(votes.begin(), votes.end(), [](const Nats& vote) {
       const auto [least, most] = std::minmax_element(vote.begin(), vote.end());
@@ -90,7 +90,7 @@ struct Sum {
     });
   }
 
-  // Of equal ones the first: unmirrored, unturned.
+  // Among equally likely ones the first: unmirrored, not rotated.
   size_t Likeliest() const {
     return static_cast<size_t>(std::max_element(nats.begin(), nats.end()) - nats.begin());
   }
@@ -105,8 +105,8 @@ void SetFinding(Reason reason, const std::vector<ScanOrientation>& open, Interio
       finding = {.reason = reason, .where = where};
 }
 
-// `open` ways with these nats; transform and names are those of the first one, of which the result
-// must have one of them now.
+// Leaves the orientations `open` with these nats; transform and names are of the first one. The
+// result must have one of them now.
 void Open(const CameraFile& camera, const interior::MarkShapes& shapes,
           std::vector<ScanOrientation> open, std::vector<double> nats, InteriorResult* result) {
   InteriorResult base = *result;
@@ -121,7 +121,7 @@ void Open(const CameraFile& camera, const interior::MarkShapes& shapes,
   result->orientation_nats = std::move(nats);
 }
 
-// The ways in the order in which that one comes first.
+// Moves the orientation `first` to the front of the orientations and their nats.
 void PutFirst(ScanOrientation first, std::vector<ScanOrientation>* ways,
               std::vector<double>* nats) {
   const auto at = std::find(ways->begin(), ways->end(), first) - ways->begin();

@@ -15,11 +15,11 @@
 namespace orient::block {
 namespace {
 
-// Check patches are held out by squares of the ground of this share of a footprint's side: single
+// Check patches are held out by ground squares with this share of a footprint's side: single
 // ones between others would be too easy to predict.
 constexpr double kCheckCellPerFootprint = 0.15;
 
-// The same squares whatever else is in the block.
+// Whether its square is held out: always the same squares, whatever else is in the block.
 bool HeldOut(const Eigen::Vector3d& ground_m, double cell_m, double share) {
   const auto col = static_cast<std::int64_t>(std::floor(ground_m.x() / cell_m));
   const auto row = static_cast<std::int64_t>(std::floor(ground_m.y() / cell_m));
@@ -29,7 +29,7 @@ bool HeldOut(const Eigen::Vector3d& ground_m, double cell_m, double share) {
   return static_cast<double>((hash ^ (hash >> 29)) % 10000) < share * 10000;
 }
 
-// Rounded to a power of two: the same patches check where the footprints change a little.
+// Rounded to a power of two: the check patches stay the same if the footprints change a little.
 double CheckCell(double footprint_side_m) {
   return std::exp2(std::round(std::log2(kCheckCellPerFootprint * footprint_side_m)));
 }
@@ -114,7 +114,7 @@ BlockPoint ControlOf(const patchdb::Patch& patch, bool held_out) {
   return point;
 }
 
-// Where the height error is a common one, the patch's own covariance holds it, too: that part goes.
+// A common height error is also contained in the patch's own covariance: that part is removed.
 void LeaveOutHeights(GroundControl* control) {
   if (control->height_sigma_m <= 0) return;
   const Eigen::Matrix3d common = control->height_sigma_m * control->height_sigma_m *
@@ -179,8 +179,8 @@ double FlyingHeight(const AdjustmentInputs& inputs) {
   return count > 0 ? std::max(sum / count, 1.0) : 1000;
 }
 
-// What film that bends does to a pose, however many observations there are: its bend, as a random
-// field over the frame, taken for a pose by least squares.
+// Effect of film bending on a pose, however many observations there are: the bend, as a random
+// field over the frame, absorbed by a pose in a least-squares fit.
 Matrix6d CovarianceOfBend(const Camera& camera, const Pose& pose, double sigma_mm,
                           double height_m) {
   std::vector<Eigen::Vector2d> places;
@@ -205,7 +205,7 @@ Matrix6d CovarianceOfBend(const Camera& camera, const Pose& pose, double sigma_m
   return (covariance + covariance.transpose()) / 2;
 }
 
-// Neighbouring observations share film that bends between its marks.
+// Adds the effect of film bending between its marks, which neighbouring observations share.
 void AddFilmBends(const AdjustmentInputs& inputs, AdjustedBlock* adjusted) {
   for (std::size_t i = 0; i < adjusted->block.photos.size(); ++i) {
     const BlockPhoto& given = adjusted->block.photos[i];
@@ -244,7 +244,7 @@ AdjustedBlock AdjustPhotos(const AdjustmentInputs& inputs) {
   options.gnss_shift_sigma_m = kGnssShift_m;
   options.height_correlation_m = exterior::kHeightCorrelationPerHeight * FlyingHeight(inputs);
   // Errors of film and surface that neighbouring observations share hardly show in residuals, so
-  // what these show below the stated variances makes nothing more precise.
+  // residuals below the stated variances do not make anything more precise.
   options.least_precision_factor = 1;
   options.control_shared_everywhere = exterior::kSharedEverywhere;
   options.control_shared_smoothly = exterior::kSharedSmoothly;

@@ -20,7 +20,7 @@ std::string ValueIn(const Inputs& inputs, const std::string& name) {
   return found == inputs.end() ? "unknown" : found->second;
 }
 
-// Of approximations without sigmas, and what is asked of the result.
+// Accuracy of approximations without sigmas, and the accuracy required of the result.
 std::string AccuracyText(const ExteriorRunOptions& options) {
   std::string text = "position " + NumberOrDash(options.position_sigma_m) + " m, attitude " +
                      NumberOrDash(options.attitude_sigma_rad) + " rad";

@@ -54,8 +54,8 @@ Matrix6d PriorCovariance(const OrientationRow& row, const ExteriorRunOptions& op
       .asDiagonal();
 }
 
-// Empty where the photo's ground has heights, otherwise why not. The patches bring their own: a DEM
-// that has holes, even under the photo's centre, will do.
+// Empty if the DEM has heights in the photo, otherwise the reason. Patches have heights of their
+// own: a DEM with holes, even under the photo's centre, will do.
 std::optional<Finding> WithoutHeights(const ExteriorSetting& setting, const Pose& pose) {
   const Eigen::Vector3d& at = pose.position_m;
   if (setting.surface.Intersect({at, -Eigen::Vector3d::UnitZ()})) return std::nullopt;
@@ -84,7 +84,7 @@ std::string OverviewPath(const ExteriorSetting& setting, const std::string& phot
   return (PicturesOf(setting) / (photo + kPatchesOverview)).string();
 }
 
-// A picture that cannot be written does not cost the result.
+// A picture that cannot be written must not cost the result.
 template <typename Draw>
 void DrawOrSayWhyNot(const Draw& draw, ExteriorResult* result) {
   try {
@@ -94,7 +94,7 @@ void DrawOrSayWhyNot(const Draw& draw, ExteriorResult* result) {
   }
 }
 
-// Of a photo that is not ok by itself: why, as far as its scan shows it.
+// Draws why a photo is not ok by itself, as far as its scan shows it.
 void DrawWhyNot(const ExteriorSetting& setting, const Raster& raster, const PointStart& start,
                 ExteriorResult* result) {
   if (result->status == Status::kOk) return;
@@ -104,8 +104,8 @@ void DrawWhyNot(const ExteriorSetting& setting, const Raster& raster, const Poin
                   result);
 }
 
-// What is told about a photo beyond its orientation: for maps, reports and people. Of one that
-// failed the patches are drawn as its approximation sees them.
+// Adds to a result what maps, reports and people need beyond the orientation. If the photo failed,
+// the patches are drawn as its approximation projects them.
 void Illustrate(const ExteriorSetting& setting, const ScanInterior& interior,
                 const exterior::PhotoImage& image, const std::vector<patchdb::Patch>& patches,
                 const Pose& approximation, ExteriorResult* result) {
@@ -145,7 +145,7 @@ ExteriorResult WithoutPatches(const ExteriorSetting& setting,
 
 bool AccuracyIsStated(const ExteriorSetting& setting, const OrientationRow& row) {
   const ExteriorRunOptions& options = setting.options;
-  // Where a person places a photo roughly, the accuracy is no statement that a pose could
+  // For a photo that a person placed roughly, the accuracy is not a statement that a pose could
   // contradict.
   return !options.measurements.PositionOf(row.photo) && options.accuracy_is_stated &&
          (row.sigma || options.position_sigma_m || options.attitude_sigma_rad);
@@ -169,8 +169,8 @@ ExteriorResult OrientAsStated(const ExteriorSetting& setting, const exterior::Ph
   return exterior::OrientPhoto(photo, image, *patches, OptionsOf(setting));
 }
 
-// What could not be oriented within the approximation's accuracy, or has none: the whole photo at
-// every kappa, with the patches of a wider region. `before`: what was found without.
+// For a photo not oriented within its approximation's accuracy, or without one: searches all of it
+// at every kappa, with the patches of a wider region. `before`: the result without this search.
 ExteriorResult OrientWidely(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
                             const exterior::PhotoImage& image, const ExteriorResult& before,
                             bool vague, std::vector<patchdb::Patch>* patches) {
@@ -182,18 +182,17 @@ ExteriorResult OrientWidely(const ExteriorSetting& setting, const exterior::Phot
   options.prior_failed = !vague;
   ExteriorResult result = exterior::OrientPhoto(photo, image, *patches, options);
   if (vague || result.pose) return result;
-  // What was tried in vain after what.
+  // Reports the failed attempts in their order.
   Finding why = result.findings.front();
   if (why.reason == Reason::kNothingAlike)
     why = Because(Reason::kNothingAlikeAfterPrior, why.where);
   const bool twice = why.reason == before.findings.front().reason;
   result = before;
-  if (!twice)
-    result.findings.insert(result.findings.begin() + 1, why);  // what to do remains the end
+  if (!twice) result.findings.insert(result.findings.begin() + 1, why);  // the advice stays last
   return result;
 }
 
-// Within the prior's accuracy, unless that is vague, and where nothing is found there, widely.
+// Searches within the prior's accuracy, unless that is vague; if nothing is found there, widely.
 ExteriorResult OrientFromPrior(const ExteriorSetting& setting, const exterior::PhotoToOrient& photo,
                                const exterior::PhotoImage& image,
                                std::vector<patchdb::Patch>* patches, bool* widely) {
@@ -205,7 +204,7 @@ ExteriorResult OrientFromPrior(const ExteriorSetting& setting, const exterior::P
   return *widely ? OrientWidely(setting, photo, image, result, vague, patches) : result;
 }
 
-// A DEM's heights that are wrong by less than this many pixels on the ground are not worth a word.
+// Errors of the DEM's heights below this many pixels on the ground are not reported.
 constexpr double kHeightTolerancePx = 4;
 
 Finding WithoutApproximation(const ExteriorRunOptions& options, const std::string& name) {
@@ -218,9 +217,9 @@ Finding WithoutApproximation(const ExteriorRunOptions& options, const std::strin
                                    options.approximations, name));
 }
 
-// Where the points' pose shows no patches, but the approximation's does: these agree, and the
-// points are of another datum. Or the whole photo does, as it would without points, and these
-// agree. True where `photo` and `start` now begin with the approximation.
+// If no patches are found from the points' pose, but from the approximation: these two agree, and
+// the points have another datum. If only a search of the whole photo finds them, the points must
+// agree. True if `photo` and `start` now begin with the approximation.
 bool IsFoundWithoutPoints(const ExteriorSetting& setting, const exterior::PhotoImage& image,
                           exterior::PhotoToOrient* photo, PointStart* start, ExteriorResult* result,
                           std::vector<patchdb::Patch>* patches, bool* widely) {
@@ -243,7 +242,7 @@ bool IsFoundWithoutPoints(const ExteriorSetting& setting, const exterior::PhotoI
   return true;
 }
 
-// By patches, within the prior's accuracy or beyond. The points' pose is dropped where patches and
+// Orients by patches, within the prior's accuracy or beyond. Drops the points' pose if patches and
 // approximation together contradict it.
 ExteriorResult OrientByPatches(const ExteriorSetting& setting, const exterior::PhotoImage& image,
                                exterior::PhotoToOrient* photo, PointStart* start,

@@ -43,10 +43,10 @@ std::vector<patchdb::MatchAttempt> AttemptsOf(const std::string& path,
   return attempts;
 }
 
-// What of a photo's attempts was not recorded.
+// Which of a photo's attempts were not recorded in the database.
 struct NotTold {
-  std::string why;      // none of them; empty: they were
-  std::string but_for;  // these; empty: all were
+  std::string why;      // reason if none was recorded, else empty
+  std::string but_for;  // attempts not recorded; empty: none
 };
 
 NotTold TellDatabase(const std::vector<patchdb::MatchAttempt>& attempts,
@@ -80,7 +80,7 @@ Learning::Learning(const std::string& patchdb, const std::string& directory, boo
 void Learning::Tell(const std::vector<std::string>& photos,
                     const std::vector<std::optional<std::string>>& dates,
                     const std::vector<char>& fresh, std::vector<ExteriorResult>* results) {
-  // A database that is held by another program keeps each question waiting: one is enough.
+  // A database locked by another program delays every access: one attempt is enough.
   std::string why_not;
   for (std::size_t i = 0; i < results->size(); ++i) {
     if (!fresh[i] && !interrupted_) continue;

@@ -16,8 +16,8 @@
 namespace orient::block {
 namespace {
 
-// Where the photos lie that show measured ground points: a frame's size around these, at the
-// smallest scale that photos are taken at.
+// Includes the area of photos that show measured ground points: a frame's size around these points
+// at the smallest scale at which photos are taken.
 void IncludePoints(const ExteriorRunOptions& options, const Camera& camera, Bounds* region) {
   constexpr double kSmallestScale = 1e5;
   const double reach = 2e-3 * kSmallestScale * camera.FrameRadius();
@@ -83,8 +83,8 @@ constexpr double kLargestSigma_m = 1e6;
 // No photo is taken from higher above the ground.
 constexpr double kHighestFlight_m = 30e3;
 
-// Of a photo of which nothing but measured points is known: by the scale at which it shows the two
-// that lie farthest apart. Empty with fewer.
+// Height of a photo of which only measured points are known, from its scale between the two points
+// farthest apart in it. Empty with fewer than two.
 std::optional<double> HeightByPoints(const ExteriorRunOptions& options, const Camera& camera,
                                      const std::string& photo, double pixel_mm) {
   struct Seen {
@@ -108,8 +108,8 @@ std::optional<double> HeightByPoints(const ExteriorRunOptions& options, const Ca
   return ground_m + apart_m / farthest_mm * camera.principal_distance_mm;
 }
 
-// The middle one of the run's photos. Heights that cannot be true have no say: what is done about
-// the earth is the same for all photos.
+// The median over the run's photos, without impossible heights: earth curvature and refraction are
+// treated alike in all photos.
 double FlyingHeight(const OrientationTable& table, const ExteriorRunOptions& options,
                     const Camera& camera, double pixel_mm, double ground_m) {
   std::vector<double> heights;
@@ -144,7 +144,7 @@ OrientationTable TableOfRun(const ExteriorRunOptions& options) {
   return table;
 }
 
-// `camera` as its file says.
+// `camera`: as read from its file.
 ExteriorSetting SettingOf(const ExteriorRunOptions& options, CameraFile camera,
                           OrientationTable table, const Crs& crs) {
   GroundSurface surface =

@@ -22,7 +22,7 @@ namespace orient::block {
 namespace {
 namespace fs = std::filesystem;
 
-// Goes on in a folder of its own results as the run that made them.
+// Lets a stand-alone run continue in a folder of its own results like the run that made them.
 void GoOnAlone(ExteriorRunOptions* options) {
   options->inputs = InputsOfRun(*options);
   options->keep_unstated = true;
@@ -63,23 +63,23 @@ void NoteWhatIsAsked(ExteriorRunOptions* options, AskedAreas* asked) {
   };
 }
 
-// What an earlier run left that would not belong to this one's results.
+// Removes an earlier run's files that would not belong to this one's results.
 void RemoveStale(const ExteriorRunOptions& options) {
-  // What a block's run left here is true of other poses.
+  // Files that a block's run left here hold for other poses.
   fs::remove(AdjustmentResultPath(options.out));
   for (const char* file : {kQuicklookFile, kSeamsFile, kCalibratedCameraFile, kPoseCovarianceFile})
     fs::remove(fs::path(options.out) / file);
-  // What a run that ends early leaves must not lie beside an earlier one's poses.
+  // If this run ends early, its results must not lie beside the table of an earlier run's poses.
   const fs::path table = PoseTablePath(options.out);
   std::error_code ignored;
   if (!fs::equivalent(table, options.approximations, ignored)) fs::remove(table);
   fs::remove(BlockCameraPath(options.out));
 }
 
-// What came of a run's photos, in their order.
+// The results of a run's photos, in their order.
 struct Oriented {
   std::vector<ExteriorResult> results;
-  std::vector<char> fresh;  // of this run
+  std::vector<char> fresh;  // computed in this run
   std::map<std::string, std::vector<std::string>> changed;
 };
 
@@ -117,7 +117,7 @@ void RunWave(const ExteriorSetting& setting, const std::vector<std::size_t>& wav
   }
 }
 
-// Of the exposures: as the table says, or the run's options, or a digital photo's file.
+// Exposure dates: from the table, else the run's options, else a digital photo's file.
 std::vector<std::optional<std::string>> DatesOf(const ExteriorSetting& setting) {
   std::vector<std::optional<std::string>> dates;
   for (const std::string& path : setting.options.photos) {
@@ -128,7 +128,7 @@ std::vector<std::optional<std::string>> DatesOf(const ExteriorSetting& setting) 
   return dates;
 }
 
-// Throws where the run would not begin.
+// Throws if the run could not begin.
 ExteriorRunOptions CheckedOptions(const ExteriorRunOptions& given) {
   if (const auto wrong = given.Check()) throw UsageError(*wrong);
   RequireOwnNames(given.photos);

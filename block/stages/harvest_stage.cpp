@@ -144,8 +144,8 @@ class Harvester {
     return harvest;
   }
 
-  // One transaction, with the evidence of sources that are not harvested yet, too: a run that is
-  // killed has lost nothing of it.
+  // Stores it in one transaction, also the evidence of sources that are not harvested yet: a run
+  // that is killed loses nothing of it.
   void Store(std::size_t source, patchdb::HarvestResult& harvest) {
     patchdb::PatchSource stored = sources_[source];
     stored.gsd_m = harvest.gsd_m;

@@ -27,7 +27,7 @@ namespace orient::block {
 namespace {
 namespace fs = std::filesystem;
 
-// What the pictures of the marks show around a mark.
+// How far around a mark its picture reaches.
 double PictureReach(const interior::MarkShapes& shapes) {
   double radius = 0;
   for (const auto& [name, shape] : shapes) radius = std::max(radius, MarkRadius(shape));
@@ -38,7 +38,7 @@ interior::Picture Draw(const CameraFile& camera, const interior::MarkShapes& sha
                        const Raster& scan, const InteriorResult& result) {
   std::vector<Eigen::Vector2d> positions;
   for (const Fiducial& f : camera.fiducials) positions.push_back(f.position_mm);
-  // 0.1 mm only where nothing says how large a pixel is: then there is no transform either.
+  // 0.1 mm only if the pixel size is unknown: then there is no transform either.
   const double pixel_mm = 1e-3 * result.pixel_size_um.value_or(100.0);
   return interior::DrawMarks(scan, result, positions, pixel_mm, PictureReach(shapes));
 }
@@ -86,7 +86,7 @@ interior::CameraChoice Orient(const Raster& scan, const RunCameras& cameras,
   return interior::OrientWithUnknownCamera(scan, known, options);
 }
 
-// The camera of all photos: the one that was named, or one that fits them all. Null where there is
+// The camera of all photos: the one that was named, or one that fits them all. Null if there is
 // none.
 const LibraryCamera* CameraOfRoll(const RunCameras& cameras,
                                   const std::vector<InteriorResult>& results) {
@@ -105,15 +105,15 @@ const LibraryCamera* CameraOfRoll(const RunCameras& cameras,
   return found == cameras.all.end() ? nullptr : &*found;
 }
 
-// By the name in the library, or the path of the file.
+// Whether a person's decision names this camera, by its library name or the path of its file.
 bool NamesCamera(const std::string& decided, const std::string& camera) {
   return decided == camera || decided == fs::path(camera).stem().string();
 }
 
 ResultStore StoreOf(const InteriorRunOptions& options) { return {options.out, ".interior.json"}; }
 
-// One per photo; they differ in the scan only. A scan that cannot be read now is no other one than
-// that of a result to be kept.
+// One per photo; they differ in the scan only. A scan that cannot be read now counts as unchanged
+// if there is a result to be kept.
 std::vector<Inputs> InputsOf(const InteriorRunOptions& options, const RunCameras& cameras) {
   Inputs all;
   for (const LibraryCamera& camera : cameras.all) all[camera.name] = DigestOfCamera(camera.file);
@@ -131,8 +131,8 @@ std::vector<Inputs> InputsOf(const InteriorRunOptions& options, const RunCameras
   return inputs;
 }
 
-// The photos whose results are there to be kept. Throws UsageError where one was made from
-// something else and is not to be done again; what a person says anew is done again always.
+// The photos with results to be kept. Throws UsageError if one was made from other inputs and is
+// not to be computed again; a person's new statements always cause that.
 std::set<std::string> KeptResults(const InteriorRunOptions& options,
                                   const std::vector<Inputs>& inputs) {
   std::set<std::string> kept;
@@ -151,7 +151,7 @@ std::set<std::string> KeptResults(const InteriorRunOptions& options,
   return kept;
 }
 
-// The marks, and the whole scan where the photo is not ok. A picture does not cost the transform.
+// Writes pictures of the marks and, if the photo is not ok, the scan. A failure is only reported.
 void WritePictures(const InteriorRunOptions& options, const std::optional<Raster>& scan,
                    const std::optional<interior::Picture>& marks, InteriorResult* result) {
   const auto path = [&](const char* ending) {
@@ -169,7 +169,7 @@ void WritePictures(const InteriorRunOptions& options, const std::optional<Raster
   }
 }
 
-// Whatever a scan does to the program fails this photo only; a result that cannot be written ends
+// Any error caused by a scan fails this photo only; a result that cannot be written ends
 // the run.
 InteriorResult OrientOne(const InteriorRunOptions& options, const RunCameras& cameras,
                          const std::string& photo, const Inputs& inputs) {
@@ -208,7 +208,7 @@ InteriorResult OrientOne(const InteriorRunOptions& options, const RunCameras& ca
   return result;
 }
 
-// Of earlier runs into the same folder, with the same camera: the tables keep their rows.
+// Results of earlier runs into this folder with the same camera: the tables keep their rows.
 std::vector<InteriorResult> EarlierResults(const InteriorRunOptions& options,
                                            const std::vector<Inputs>& inputs) {
   if (inputs.empty()) return {};
@@ -222,13 +222,13 @@ std::vector<InteriorResult> EarlierResults(const InteriorRunOptions& options,
       continue;
     try {
       earlier.push_back(ReadInteriorResult(store.PathOf(photo)));
-    } catch (const InputError&) {  // a damaged one of another run is not this run's business
+    } catch (const InputError&) {  // a damaged result of another run does not concern this run
     }
   }
   return earlier;
 }
 
-// Throws UsageError where the tables in the folder are of none of these results, nor of `earlier`.
+// Throws UsageError if the folder has tables that belong neither to these photos nor to `earlier`.
 void RefuseOthersTables(const InteriorRunOptions& options,
                         const std::vector<InteriorResult>& earlier) {
   const ResultStore store = StoreOf(options);
@@ -275,7 +275,7 @@ bool IsOpen(const InteriorResult& result) {
   return result.photo_from_pixel && result.possible_orientations.size() > 1;
 }
 
-// Photos whose marks would be named as if they lay in different ways, though some may lie in any.
+// Whether marks would be named by different scan orientations although some photos' are open.
 bool MixesOrientations(const std::vector<InteriorResult>& results) {
   std::set<ScanOrientation> named;
   for (const InteriorResult& result : results)

@@ -27,7 +27,7 @@ bool MayBeKept(ResultState state, const JobRun& how) {
   return state == ResultState::kCurrent || (state == ResultState::kUnstated && how.keep_unstated);
 }
 
-// Whether what is there was kept; false: it is damaged.
+// Keeps the existing result; false if it is damaged.
 bool Keep(const Job& job) {
   try {
     if (job.keep) job.keep();

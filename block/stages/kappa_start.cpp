@@ -9,11 +9,11 @@
 namespace orient::block {
 namespace {
 
-// Tilt moves a photo's picture of the ground as a whole, by more than it and relief bend it.
+// Tilt shifts a photo's image of the ground as a whole, by more than tilt and relief deform it.
 constexpr double kWeightOfPlaces = 0.1;
 // Photos of one flight have about one scale.
 constexpr double kMostScale = 1.5;
-constexpr int kUnknowns = 4;  // of a photo: scale and rotation (a, b), what its place is off
+constexpr int kUnknowns = 4;  // per photo: scale and rotation (a, b), error of its position
 
 // Normal equations of all photos and points, in metres from the places' middle.
 class PlaneAdjustment {
@@ -36,7 +36,7 @@ class PlaneAdjustment {
     for (std::size_t i = 0; i < photos.size(); ++i) AddPhoto(i);
   }
 
-  // Scale and rotation (a, b) of each photo; zero where nothing tells them.
+  // Scale and rotation (a, b) of each photo; zero if they are not determined.
   std::vector<Eigen::Vector2d> Solve() {
     constexpr double kNothing = 1e-9;
     for (Eigen::Index i = 0; i < right_.size(); ++i) normal_.emplace_back(i, i, kNothing);
@@ -87,7 +87,7 @@ class PlaneAdjustment {
 
   const std::vector<LevelPhoto>& photos_;
   const std::map<std::string, Eigen::Vector2d>& ground_m_;
-  std::vector<int> joins_;  // of each photo: points that tell of its similarity
+  std::vector<int> joins_;  // per photo: points that determine its similarity
   std::map<std::string, Eigen::Index> unknown_of_;
   Eigen::Vector2d middle_m_ = Eigen::Vector2d::Zero();
   std::vector<Eigen::Triplet<double>> normal_;

@@ -20,10 +20,10 @@ namespace {
 
 // To be raised where the method changes.
 constexpr const char* kMethod = "keypoints 3";
-// The photo as it is searched; a scan of 9 x 9 inches at 20 um becomes an eighth of itself.
+// Longest side of the reduced photo; a 9 x 9 inch scan at 20 um is reduced by a factor of eight.
 constexpr double kLongestSide_px = 1600;
 constexpr int kMostKeypoints = 3000;
-// Off the frame's border and what covers it, reduced pixels: keypoints look around themselves.
+// Distance to the frame's border and covered areas, reduced pixels: keypoints use a neighbourhood.
 constexpr double kMargin_px = 10;
 // Oriented photos that a photo is compared with, and how many of them before the first try.
 constexpr std::size_t kMostLenders = 48, kAtATime = 8;
@@ -31,7 +31,7 @@ constexpr std::size_t kMostLenders = 48, kAtATime = 8;
 constexpr std::size_t kInMemory = 200;
 // Photos searched at a time: each one's scale space takes some half a gigabyte.
 constexpr int kSearchedAtATime = 2;
-// Keypoints' residuals show nothing of what all of a lender's share: its pose's error, the DEM's.
+// Residuals do not show errors common to all keypoints of a lender: its pose's and the DEM's.
 constexpr double kCommonErrors = 5;
 
 bool ShowsGround(const Eigen::Vector2d& photo_mm, const Camera& camera,
@@ -60,7 +60,7 @@ std::vector<std::size_t> SpreadEvenly(std::size_t count) {
   return order;
 }
 
-// Those that are oriented: the nearest first and, between them, some from all over the block, for
+// Oriented photos: the nearest first, alternating with some from all over the block, because
 // the approximation may be wrong by more than the nearest ones reach.
 std::vector<std::size_t> LendersFor(std::size_t photo, const std::vector<BlockPhotoFile>& photos,
                                     const OrientationRow* approximation, std::size_t most) {
@@ -196,7 +196,7 @@ std::optional<KeypointApproximation> KeypointStage::Search(
     KeypointApproximation found{{photos[photo].name, pose->pose, {}}, pose->supporters};
     Vector6d sigma = kCommonErrors * pose->covariance.diagonal().cwiseSqrt();
     sigma.tail<3>() = sigma.tail<3>().cwiseMin(std::numbers::pi);
-    // How the film lies is left to the photo's patches, and with it which way is up.
+    // The film position, and with it kappa, is left to the photo's patches.
     if (own->positions.size() > 1) sigma[5] = std::numbers::pi;
     found.row.sigma = sigma;
     return found;

@@ -21,12 +21,12 @@
 namespace orient::block {
 namespace {
 
-// Photos measured in the photo system have no scan: a pixel of the results is so large.
+// Pixel size in the results of photos that are measured in the photo system and have no scan.
 constexpr double kPixelOfPhotoSystem_mm = 0.01;
-// Asked of them, unless the block file says otherwise: a pixel of a usual scan.
+// Target accuracy of these, unless the block file states one: a pixel of a usual scan.
 constexpr double kTargetInPhotoSystem_mm = 0.03;
 
-// Marks lie where the camera file has them, to what film and scanner do; confused ones do not.
+// Marks fit their positions in the camera file up to film and scanner errors; confused ones do not.
 std::optional<Finding> ConfusedMarks(const std::vector<PointPair2d>& pairs,
                                      const std::vector<std::string>& ids, const Affine2d& fit) {
   constexpr double kMost_mm = 0.3, kSigmas = 5;
@@ -105,7 +105,7 @@ class FirstPoses {
   }
 
   bool Oriented(std::size_t photo) const { return oriented_[photo]; }
-  // Of the photo's resection: wrong points, or why there is no pose.
+  // Findings of the photo's resection: wrong points, or why there is no pose.
   const Findings& Of(const std::string& photo) { return findings_[photo]; }
 
  private:
@@ -126,8 +126,8 @@ class FirstPoses {
     return true;
   }
 
-  // Of the others. Where an approximation does not say how the photo lies, its points do, with all
-  // places that are known.
+  // Takes approximations for the other photos. Without an attitude, kappa follows from the photo's
+  // points and all known positions.
   void TakeApproximations() {
     std::map<std::string, const OrientationRow*> rows;
     for (const OrientationRow& row : inputs_.approximations) rows[row.photo] = &row;
@@ -185,7 +185,7 @@ class FirstPoses {
     }
   }
 
-  // Intersected from poses that have errors of their own.
+  // Factor on the sigmas of points intersected from poses, which have errors of their own.
   static constexpr double kPosesSigmas = 5;
 
   const MeasuredBlockInputs& inputs_;
@@ -195,7 +195,7 @@ class FirstPoses {
   std::map<std::string, Findings> findings_;
 };
 
-// Of the points that were adjusted.
+// Median height of the adjusted points.
 double MedianHeight(const AdjustedBlock& adjusted) {
   std::vector<double> heights;
   for (const AdjustedPoint& point : adjusted.result.points)
@@ -203,7 +203,7 @@ double MedianHeight(const AdjustedBlock& adjusted) {
   return heights.empty() ? 0 : Median(std::move(heights));
 }
 
-// A pose is judged by what it makes of the ground, as everywhere.
+// As elsewhere, a pose is judged by how precisely it projects the ground.
 void JudgePrecision(const AdjustedBlock& adjusted, std::size_t i, const MeasuredBlockInputs& inputs,
                     ExteriorResult* result) {
   const BlockPhoto& photo = adjusted.block.photos[i];

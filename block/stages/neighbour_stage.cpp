@@ -23,7 +23,7 @@ namespace orient::block {
 namespace {
 namespace fs = std::filesystem;
 
-// Beyond as many as there are photos.
+// In addition to the number of photos.
 constexpr int kFurtherRounds = 20;
 constexpr int kPatchesOfAPhoto = 500;
 // Lenders whose patches are kept in memory: a photo's weigh some 10 MB.
@@ -31,8 +31,8 @@ constexpr std::size_t kLendersInMemory = 24;
 // Neighbours' patches have numbers below zero, which no database gives.
 constexpr std::int64_t kNumbersOfAPhoto = 100000;
 
-// Patches of the photos that have a pose, each photo's cut when somebody asks; those that were
-// asked for last are kept.
+// Patches of the photos that have a pose, cut from a photo on request; the most recently requested
+// ones are kept.
 class NeighbourPatches {
  public:
   NeighbourPatches(const NeighbourStage& stage, const std::vector<BlockPhotoFile>& photos)
@@ -85,7 +85,7 @@ class NeighbourPatches {
       kept_;  // by photo, the last asked first
 };
 
-// Of all that lend patches in a round: coarse, but rounds are few and failed photos, too.
+// The inputs are all lenders of a round: coarse, but rounds and failed photos are few.
 Inputs InputsOfRound(const NeighbourStage& stage, const std::vector<BlockPhotoFile>& photos,
                      const Inputs& located) {
   Inputs lenders;
@@ -97,8 +97,8 @@ Inputs InputsOfRound(const NeighbourStage& stage, const std::vector<BlockPhotoFi
   return inputs;
 }
 
-// Whether the photo could be tried if anything were known of it: a scan, a film transform. Not
-// where a person has rejected it.
+// Whether the photo could be oriented given an approximation: it has a scan and a film transform,
+// and no person has rejected it.
 bool MayBeTried(const BlockPhotoFile& photo, const NeighbourStage& stage) {
   if (photo.HasPose() || Has(photo.exterior.findings, Reason::kRejectedByPerson)) return false;
   std::error_code ignored;
@@ -112,8 +112,8 @@ bool MayBeTried(const BlockPhotoFile& photo, const NeighbourStage& stage) {
   }
 }
 
-// The rounds so far: who was oriented in the last one, and where each photo that failed looked for
-// patches. It is tried again only where somebody new lends some there.
+// The rounds so far: the photos oriented in the last one, and where each failed photo looked for
+// patches. It is tried again only if a newly oriented photo lends some there.
 struct RoundsSoFar {
   int count = 0;
   std::vector<std::size_t> fresh;
@@ -150,8 +150,8 @@ void LearnFrom(const std::vector<BlockPhotoFile>& photos, BlockApproximations* a
   approximations->Learn(results);
 }
 
-// What a round tries, and what is known of it. `located`: photos by keypoints, with what these say,
-// which is no accuracy that anybody vouches for.
+// The photos that a round tries, and their approximations. `located`: photos with approximations
+// from keypoints, whose accuracy is not a stated one.
 struct Round {
   std::vector<std::size_t> tried;
   OrientationTable table;
@@ -165,14 +165,14 @@ ExteriorRunOptions OptionsOf(const NeighbourStage& stage, const Round& what,
   for (const std::size_t i : what.tried) options.photos.push_back(photos[i].path);
   options.pictures.reset();  // beside the round's results: they show no control patches
   options.resume = true;
-  options.learn = false;  // these patches are none of the database's
+  options.learn = false;  // these patches are not from the database
   options.table = what.table;
   if (!what.located.empty()) options.accuracy_is_stated = false;
   options.inputs = InputsOfRound(stage, photos, what.located);
   return options;
 }
 
-// Those that did not come so far as to look for patches have nothing to hope for.
+// A photo that did not get as far as looking for patches is not tried again.
 void NoteSought(const ExteriorResult& result, RoundsSoFar* rounds) {
   Bounds& sought = rounds->sought.try_emplace(result.photo, Bounds::OfNothing()).first->second;
   if (const auto& area = result.asked_of_neighbours) {
@@ -209,7 +209,7 @@ void RunRound(const NeighbourStage& stage, const Round& what, RoundsSoFar* round
 
 const double kMaxChi2 = ChiSquareLimit(6, 1e-4);
 
-// A photo that keypoints located where nobody expected it is weak: they may be right, or the
+// A photo that keypoints located far from its approximation is weak: they may be right, or the
 // neighbours wrong.
 void CompareWithStated(const NeighbourStage& stage, BlockPhotoFile* photo) {
   const OrientationRow* stated = stage.approximations.Table().Find(photo->name);
@@ -229,8 +229,8 @@ void CompareWithStated(const NeighbourStage& stage, BlockPhotoFile* photo) {
                                       .where = "its neighbours are"});
 }
 
-// Photos that still have no pose, where keypoints that they share with oriented ones say where they
-// are; the patches decide. Empty `tried`: there are none.
+// Photos still without a pose, located by keypoints that they share with oriented photos; the
+// patches decide. `tried` is empty if there are none.
 Round LocatedByKeypoints(const NeighbourStage& stage, const std::vector<BlockPhotoFile>& photos,
                          KeypointStage* keypoints, std::map<std::size_t, int>* agreeing) {
   Round round;
@@ -255,7 +255,7 @@ Round LocatedByKeypoints(const NeighbourStage& stage, const std::vector<BlockPho
   return round;
 }
 
-// What keypoints found that the patches confirmed; `refused`: what they did not.
+// Records photos located by keypoints and confirmed by patches; `refused`: those not confirmed.
 void TellOfKeypoints(const NeighbourStage& stage, const std::map<std::size_t, int>& agreeing,
                      std::vector<BlockPhotoFile>* photos, std::map<std::size_t, int>* refused) {
   for (const auto& [i, count] : agreeing) {
@@ -270,7 +270,7 @@ void TellOfKeypoints(const NeighbourStage& stage, const std::map<std::size_t, in
   }
 }
 
-// Once the rounds are over.
+// Adds findings to photos that keypoints did not help, once the rounds are over.
 void TellOfThoseInVain(const std::set<std::size_t>& in_vain,
                        const std::map<std::size_t, int>& refused,
                        std::vector<BlockPhotoFile>* photos) {
@@ -293,9 +293,9 @@ void TellOfThoseInVain(const std::set<std::size_t>& in_vain,
   }
 }
 
-// Rounds until nobody is left to try, with what is known of the photos first and, where that does
-// not do, with what keypoints say. Empty, or what stopped a round, where photos that it was to try
-// have no pose: none of them lies on the DEM, say; the others need not suffer for it.
+// Runs rounds until no photo is left to try: first from the known approximations and, if these do
+// not suffice, from keypoints. Returns nothing, or what stopped a round if photos that it tried
+// have no pose (e.g. because none of them lies on the DEM); the other photos are unaffected.
 // `refused`: photos that keypoints located and patches did not confirm there.
 std::optional<Finding> RunRounds(const NeighbourStage& stage, KeypointStage* keypoints,
                                  std::vector<BlockPhotoFile>* photos,

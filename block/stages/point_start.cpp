@@ -15,7 +15,7 @@
 namespace orient::block {
 namespace {
 
-// Of the difference between the points' pose and the approximation.
+// Chi-square limit of the difference between the points' pose and the approximation.
 const double kMostApart = ChiSquareLimit(6, 1e-4);
 double Apart(const PosePrior& points, const PosePrior& approximation) {
   const Vector6d off = PoseDifference(points.pose, approximation.pose);
@@ -25,7 +25,7 @@ double Apart(const PosePrior& points, const PosePrior& approximation) {
 
 PosePrior PriorOf(const exterior::PointPose& points) { return {points.pose, points.covariance}; }
 
-// Where the points' pose lies outside of what the approximation allows.
+// A finding if the points' pose lies outside the accuracy of the approximation.
 std::optional<Finding> AgainstApproximation(const PointStart& start) {
   if (!start.approximation || !start.approximation_is_stated) return std::nullopt;
   const double chi2 = Apart(PriorOf(*start.by_points), *start.approximation);
@@ -36,7 +36,7 @@ std::optional<Finding> AgainstApproximation(const PointStart& start) {
                  .where = "the points' coordinates are"};
 }
 
-// What both say together; empty where they contradict one another.
+// The combination of both; empty if they contradict one another.
 std::optional<PosePrior> Together(const PosePrior& points, const PosePrior& approximation) {
   const auto stated = StatedElements(approximation);
   if (stated.empty() || !(Apart(points, approximation) <= kMostApart)) return std::nullopt;
@@ -52,7 +52,7 @@ std::optional<PosePrior> Together(const PosePrior& points, const PosePrior& appr
   return PosePrior{pose, 0.5 * (covariance + covariance.transpose())};
 }
 
-// Where the points' heights and the DEM's differ as a whole.
+// A finding if the points' heights and the DEM's differ systematically.
 std::optional<Finding> AgainstDem(const ExteriorSetting& setting, const PointStart& start,
                                   double pixel_m) {
   constexpr double kTolerance_px = 4, kSigmas = 3;
@@ -78,8 +78,8 @@ std::optional<Finding> AgainstDem(const ExteriorSetting& setting, const PointSta
                  .where = median_m > 0 ? "above" : "below"};
 }
 
-// What the measured points, with check points or without, say of the pose that was found; not those
-// that are named as wrong.
+// Judges the pose found by the measured points, with or without check points; points named as wrong
+// are left out.
 std::optional<Finding> PointsUnder(const ExteriorSetting& setting,
                                    const exterior::PhotoToOrient& photo, const PointStart& start,
                                    const ExteriorResult& found, bool checks) {
@@ -94,14 +94,14 @@ std::optional<Finding> PointsUnder(const ExteriorSetting& setting,
   return exterior::JudgePointsUnder(view, *found.covariance, points);
 }
 
-// Control points that are no part of their pose.
+// Number of control points that are not used in the points' pose.
 int Wrong(const PointStart& start) {
   int control = 0;
   for (const exterior::MeasuredPoint& point : start.points) control += point.control ? 1 : 0;
   return control - start.by_points->Used();
 }
 
-// Of patches that were searched for in vain; few tell nothing.
+// A finding about patches that were searched for in vain; few prove nothing.
 std::optional<Finding> WithoutPatches(const ExteriorResult& tried) {
   constexpr std::size_t kTelling = 20;
   if (tried.patches.size() < kTelling || tried.findings.empty()) return std::nullopt;
@@ -146,7 +146,7 @@ PointStart StartOf(const ExteriorSetting& setting, const std::string& name,
                             ? Together(*start.prior, *approximation)
                             : std::nullopt;
   if (together) start.prior = together;
-  // An accuracy that nobody stated does not become one by what points add to it.
+  // Combining it with points does not turn an unstated accuracy into a stated one.
   if (!together && !resection.with_prior) start.stated = true;
   return start;
 }
@@ -189,7 +189,7 @@ void CompareWithPoints(const ExteriorSetting& setting, const exterior::PhotoToOr
         {.reason = Reason::kStartedByPoints, .value = static_cast<double>(start.by_points->Used())},
         result);
   for (Finding finding : start.findings) {
-    if (result->pose) finding.at_best = Status::kOk;  // by other means
+    if (result->pose) finding.at_best = Status::kOk;  // found by other means
     exterior::Add(finding, result);
   }
   if (!result->pose) return;

@@ -6,7 +6,7 @@
 namespace orient::block {
 namespace {
 
-// Between two rays, in radians: half a degree, far below any base and above what poses err by.
+// Angle (rad) between rays of one station: half a degree, far below any base, above pose errors.
 constexpr double kOneStation = 0.0087;
 
 struct Station {

@@ -13,14 +13,14 @@
 namespace orient::block {
 namespace {
 
-// One sigma of what stands on the surface, in pixels of ground: roofs and crowns are good ties.
+// Sigma of heights above the surface, in ground pixels: roofs and tree crowns are good ties.
 constexpr double kHeightSigma_px = 5;
 constexpr double kMaxRadius_px = 80;  // of a search window, however little is known of the poses
 
 // Largest distance between the starting point and the result of matching back.
 constexpr double kMaxWayBack_px = 0.4;
 
-// Where `from` shows what `to` shows is computed on a lattice and linear between its nodes.
+// Positions in `from` for the pixels of `to` are computed on a lattice and interpolated linearly.
 constexpr double kLatticeStep = 5;
 constexpr double kSearchMarginPx = 3;
 constexpr double kBackRadiusPx = 3;
@@ -28,7 +28,7 @@ constexpr int kMaxSupersampling = 8;
 
 using Matrix2x6d = Eigen::Matrix<double, 2, 6>;
 
-// How `to`'s pixel moves with `from`'s where both show flat ground.
+// Derivative of `to`'s pixel by `from`'s for horizontal ground shown by both.
 std::optional<Eigen::Matrix2d> LocalScale(const TiePhoto& to, const TiePhoto& from,
                                           const Eigen::Vector3d& ground_m) {
   const auto of_to = PixelFromGroundWithDerivatives(to.view, ground_m);
@@ -82,7 +82,7 @@ Eigen::Matrix2d DifferenceCovariance(const TiePhoto& owner, const TiePhoto& othe
   const auto scale = LocalScale(other, owner, ground_m);
   if (!of_owner || !of_other || !scale) return Eigen::Matrix2d::Identity() * 1e12;
   const Matrix2x6d by_owner = *scale * of_owner->by_pose;
-  // Along the owner's line of sight: what moves in the other photo and not in the owner's.
+  // A height error acts along the owner's line of sight: it moves the other photo's pixel only.
   const Eigen::Vector3d sight = owner.view.pose.position_m - ground_m;
   const Eigen::Vector2d by_height = of_other->by_ground * (sight / sight.z());
   return of_other->by_pose * other.pose_covariance * of_other->by_pose.transpose() +
@@ -124,7 +124,7 @@ std::optional<TieSighting> MatchPlace(const TiePhoto& owner, const TiePhoto& oth
   if (way_back.norm() > kMaxWayBack_px) return std::nullopt;
 
   TieSighting sighting;
-  // Both ways say how far the photos are apart, each with the interpolation of the other one.
+  // Matching both ways measures the shift twice, each time interpolating the other photo.
   sighting.pixel = match.pixel - 0.5 * *scale * way_back;
   sighting.covariance_px2 = match.covariance_px2;
   sighting.ncc = match.ncc;

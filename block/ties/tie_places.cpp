@@ -11,9 +11,9 @@ namespace {
 
 constexpr int kTriesPerCell = 3;  // interest points per cell, until one is found in another photo
 
-// Of a cell, each way: where its overlaps are looked for.
+// Probes per cell and axis at which its overlaps are looked for.
 constexpr int kProbes = 4;
-// Around a window, so that its border has interest points, too.
+// Added around a window, so that there are interest points up to its border.
 constexpr double kInterestBorderPx = 14;
 // A point this much nearer to another photo's middle (share of the frame) is that photo's; among
 // nearly equals the first photo owns it.

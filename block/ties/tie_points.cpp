@@ -10,11 +10,11 @@
 namespace orient::block {
 namespace {
 
-// Matching's covariance includes grey-value noise only: one sigma of the rest.
+// Sigma of the errors beyond grey-value noise, which is all that matching's covariance includes.
 constexpr double kModelSigma_px = 0.1;
 
-// What two photos' difference is uncertain by, each photo has its half of: then any two photos of
-// the tie differ by as much as any other two.
+// Each photo takes half of the covariance of a difference of two photos: then the differences of
+// any two photos of the tie are equally uncertain.
 void ShareCovariance(MeasuredTie* tie) {
   const Eigen::Matrix2d model = kModelSigma_px * kModelSigma_px * Eigen::Matrix2d::Identity();
   double owners = 0;

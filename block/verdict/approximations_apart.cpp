@@ -14,7 +14,7 @@ constexpr int kFewest = 3;
 constexpr double kClearly = 5;  // standard deviations of the mean
 constexpr double kMuch = 1.5;   // standard deviations of one photo's difference
 
-// Over the photos that have both; squares and variances in m^2.
+// Sums over the photos with pose and approximation; squares and variances in m^2.
 struct Sums {
   int photos = 0;
   Eigen::Array3d off_m = Eigen::Array3d::Zero(), off_m2 = off_m;  // pose minus approximation

@@ -20,7 +20,7 @@ namespace {
 
 struct Sightings {
   TieCount ties;
-  int comparable = 0;  // of the measured ones: another photo's ray could contradict
+  int comparable = 0;  // measured ties that another photo's ray could contradict
   int control = 0;
   std::vector<std::string> points_rejected;  // control points that a person measured in it
   double tie_redundancy = 0;
@@ -35,8 +35,8 @@ std::vector<std::vector<std::size_t>> ObservationsByPhoto(const AdjustedBlock& a
   return of_photo;
 }
 
-// Of each point, whether rays of adjusted photos could contradict each other: not where the only
-// ones meet under next to no angle.
+// For each point, whether rays of adjusted photos could contradict each other, which they cannot if
+// they meet only at a very small angle.
 std::vector<bool> Comparable(const AdjustedBlock& adjusted) {
   std::vector<int> rays(adjusted.block.points.size(), 0);
   std::vector<bool> met(rays.size(), false);
@@ -52,7 +52,7 @@ std::vector<bool> Comparable(const AdjustedBlock& adjusted) {
   return met;
 }
 
-// Whether it is of a control point measured by a person that the block takes for wrong.
+// Whether it is of a control point measured by a person and rejected by the block.
 bool IsRejectedPoint(const AdjustedBlock& adjusted, std::size_t observation) {
   const std::size_t i = adjusted.block.observations[observation].point;
   const BlockPoint& point = adjusted.block.points[i];
@@ -95,8 +95,8 @@ Sightings SightingsOf(const AdjustedBlock& adjusted, const std::vector<bool>& co
   return sightings;
 }
 
-// Where the photo's pose came from measured points alone, and the block rejects others than those
-// that are no part of it, as the photo's own contradict them.
+// Adds a finding if the photo's pose came from measured points alone and the block rejects points
+// other than those already left out of that pose.
 void NameRejectedPoints(const Sightings& sightings, ExteriorResult* result) {
   if (!Has(result->findings, Reason::kByPointsAlone)) return;
   std::vector<std::string> rejected = sightings.points_rejected;
@@ -117,7 +117,7 @@ AloneResult AloneOf(const ExteriorResult& result) {
   return {result.status, result.pose, result.covariance, result.sigma0_px, result.findings};
 }
 
-// A photo that ends without a pose keeps what was said about its patches.
+// A photo that ends without a pose keeps the results of its patches.
 ExteriorResult FailedFrom(const BlockPhotoFile& photo, const Finding& why) {
   ExteriorResult result = photo.by_neighbours ? photo.alone : photo.exterior;
   result.alone = AloneOf(result);
@@ -139,7 +139,7 @@ Finding Failing(Reason reason, std::string where = {}) {
   return {.reason = reason, .at_best = Status::kFailed, .where = std::move(where)};
 }
 
-// Patches as the adjusted pose sees them.
+// Updates residuals and states of the patches for the adjusted pose.
 void UpdatePatches(const AdjustedBlock& adjusted, const std::vector<std::size_t>& observations,
                    const PhotoView& view, ExteriorResult* result) {
   std::map<std::size_t, std::size_t> observation_of;
@@ -162,9 +162,9 @@ void UpdatePatches(const AdjustedBlock& adjusted, const std::vector<std::size_t>
   }
 }
 
-// By how much the block moved a photo from where its own patches put it. A calibrated lens moves
-// poses, and is no contradiction: compared is what the photo's own camera makes of the adjusted
-// view.
+// How far the block moved a photo from its pose by its own patches. A calibrated lens moves poses
+// without contradiction: compared is the pose that shows with the photo's own camera what the
+// adjusted view shows.
 Vector6d MovedFromAlone(const AdjustmentInputs& inputs, const BlockPhotoFile& photo,
                         const PhotoView& adjusted, const ExteriorResult& result) {
   const auto as_alone =
@@ -173,8 +173,8 @@ Vector6d MovedFromAlone(const AdjustmentInputs& inputs, const BlockPhotoFile& ph
   return PoseDifference(as_alone.value_or(*result.pose), *photo.exterior.pose);
 }
 
-// Of a photo with a pose by its own patches; after UpdatePatches. Where it is held off the place
-// that they give it, nothing tells which of the two is right, and the covariance has both.
+// For a photo with a pose by its own patches; after UpdatePatches. If the block holds it off that
+// pose, it is undecidable which of the two is right, and the covariance covers both.
 void CompareWithAlone(const AdjustmentInputs& inputs, const BlockPhotoFile& photo,
                       const PhotoView& view, double height_m, TiedPhoto* tied,
                       ExteriorResult* result) {
@@ -189,7 +189,7 @@ void CompareWithAlone(const AdjustmentInputs& inputs, const BlockPhotoFile& phot
       exterior::ProjectionSigmaOf(tied->worst_sigma_px, view.GroundPixel(height_m));
 }
 
-// A pose that was not adjusted, for the camera that the block found: it shows the same ground.
+// Converts a pose that was not adjusted to the calibrated camera, so that it shows the same ground.
 void UseCalibratedCamera(const AdjustmentInputs& inputs, const AdjustedBlock& adjusted,
                          std::size_t photo, ExteriorResult* result) {
   const auto& parameters = adjusted.result.calibration;
@@ -207,9 +207,9 @@ void UseCalibratedCamera(const AdjustmentInputs& inputs, const AdjustedBlock& ad
     result->pose = *pose;
 }
 
-// The adjustment moves a photo's film transform within its covariance. What is written is the film
-// transform of interior orientation, so the pose that goes with it is the one that shows with it
-// what the adjusted photo shows.
+// The adjustment moves a photo's film transform within its covariance. The result keeps the film
+// transform of interior orientation, so the pose is converted such that both show what the
+// adjusted photo shows.
 PhotoView WithOwnFilm(const AdjustmentInputs& inputs, const AdjustedBlock& adjusted,
                       std::size_t photo) {
   const PhotoView moved = AdjustedView(adjusted.block, adjusted.result, photo);
@@ -298,7 +298,7 @@ bool HoldsOthers(const BlockPhotoFile& photo, const ExteriorResult& result, int 
          std::none_of(alone.begin(), alone.end(), IsByFewPoints);
 }
 
-// A photo that depends on others is no better than they: where none of those it is connected with
+// A photo that depends on others is no better than they: if none of the photos connected with it
 // is ok by control of its own, it is weak.
 void JudgeHanging(const AdjustmentInputs& inputs, const AdjustedBlock& adjusted,
                   const std::vector<Sightings>& sightings, std::vector<ExteriorResult>* results) {

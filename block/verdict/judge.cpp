@@ -13,14 +13,14 @@ namespace orient::block {
 
 namespace {
 
-// Besides a photo's own measured points, so that its ties tell whether these are wrong.
+// Control besides a photo's own measured points, so that its ties show whether these are wrong.
 constexpr int kLeastControl = 2 * exterior::kLeastPointsAlone;
 constexpr int kMinTies = 6;           // of a photo whose own patches are not enough
-constexpr double kMinRedundancy = 6;  // of its ties together: below, none could be told wrong
-// Of the target: a pose from ties less precise than that is none.
+constexpr double kMinRedundancy = 6;  // of its ties together; below, no error is detectable
+// Times the target: a pose by ties that are less precise does not count as a pose.
 constexpr double kMostTargets = 3;
 const double kMaxAloneChi2 = ChiSquareLimit(6, 1e-4);
-// Of a photo's own patches, those that misfit the block: up to 11 % in right photos, 22 to 43 %
+// Share of a photo's own patches that misfit the block: up to 11 % in right photos, 22 to 43 %
 // where a scan is cropped or the DEM has a step.
 constexpr double kMostMisfitting = 0.2;
 constexpr int kFewestMisfitting = 12;
@@ -60,8 +60,8 @@ Findings JudgeAgainstOwnPatches(const TiedPhoto& photo) {
     findings.push_back(
         {Reason::kPoorlyDetermined, Status::kWeak, photo.worst_sigma_px, photo.target_px});
   if (TiesContradict(photo)) findings.push_back(TiesContradictFinding(Status::kWeak));
-  // What it was moved by is in worst_sigma_px where it is held off its own patches: a remark then,
-  // unless they lie farther beside it than the target.
+  // If the photo is held off its own patches, worst_sigma_px includes the move: then only a remark,
+  // unless these lie off by more than the target.
   const bool moved = photo.moved_chi2 > kMaxAloneChi2, held_off = IsHeldOff(photo.own);
   if (moved || held_off)
     findings.push_back({Reason::kMovedByBlock,

@@ -103,7 +103,7 @@ void WritePointTable(const std::string& directory, const PointTable& table) {
 
 namespace {
 
-// Check points seen far beyond where the others are: their clicks or coordinates are wrong.
+// Check points with far larger residuals than the others: their clicks or coordinates are wrong.
 std::vector<std::string> FarOff(const std::vector<PointRow>& rows) {
   constexpr std::size_t kLeast = 5;
   constexpr double kFar = 6;  // times the median

@@ -15,8 +15,8 @@ namespace {
 
 constexpr std::array<const char*, 6> kElements = {"x", "y", "z", "omega", "phi", "kappa"};
 
-// Places among the adjusted photos. One that was not adjusted, or whose adjusted pose was not
-// accepted, has another pose in its result, or none.
+// Indices of adjusted photos whose results hold the adjusted pose. A photo not adjusted, or whose
+// adjusted pose was not accepted, has another pose in its result, or none.
 std::vector<Eigen::Index> OfTheBlock(const AdjustedBlock& adjusted,
                                      const std::vector<ExteriorResult>& results) {
   std::vector<Eigen::Index> places;
@@ -28,7 +28,7 @@ std::vector<Eigen::Index> OfTheBlock(const AdjustedBlock& adjusted,
   return places;
 }
 
-// Of the adjustment, with what the verdict adds to single photos' own.
+// The adjustment's covariance, with the verdict's additions to single photos' own blocks.
 Eigen::MatrixXd CovarianceOf(const AdjustedBlock& adjusted,
                              const std::vector<ExteriorResult>& results) {
   Eigen::MatrixXd covariance = adjusted.result.pose_covariance;

@@ -1,7 +1,7 @@
 // How long the block adjustment takes beside what Ceres itself spends solving, and how both grow:
 //   block_speed [--ties N] [--sub-blocks N] [PHOTOS...]        default: 100 300 1000
-// With --sub-blocks also how much worse than the whole's the poses are of sub-blocks of N photos at
-// most: errors (RMS) and stated standard deviations (mean and largest ratio), memory, and time.
+// With --sub-blocks also how much worse poses from sub-blocks of at most N photos are than those of
+// the whole: errors (RMS), stated standard deviations (mean and largest ratio), memory, and time.
 // Simulated blocks of film photos, 60/30 % overlap, 100 (or N) ties a photo that are its own,
 // control under every tenth photo, 1 % gross errors; precisions as `orient block` states them.
 // Times are wall clock with one thread, Ceres as it reports itself; the ratio is that of all rounds

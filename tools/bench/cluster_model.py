@@ -35,7 +35,7 @@ def part_seconds(photos, photo_s, draw):
 
 def simulate(workers, block, measured, draw):
     """Hours until all is done, and the share of the workers' time that is photos' own."""
-    # What the store lets through bounds what all can do at once.
+    # The store's throughput limits what all workers can do at once.
     slow = max(1.0, workers * measured.photo_mb / measured.photo_s / (1000 * measured.store_gb_s))
     photo_s = measured.photo_s * slow
     start_s = measured.start_s + measured.start_us_per_photo * 1e-6 * block

@@ -50,7 +50,7 @@ void Run(const std::vector<std::string>& arguments) {
     throw InputError("orient " + arguments[0] + " failed");
 }
 
-// Made where it is not there yet.
+// Makes the block if it is not there yet.
 void MakeBlock(const std::string& folder, std::uint32_t seed) {
   if (fs::exists(folder + "/patches.gpkg")) return;
   SimulationOptions options;
@@ -123,7 +123,7 @@ class HeightError {
       wave.phase = 2 * std::numbers::pi * static_cast<double>(random()) / 4294967296.0;
     }
   }
-  // Of a standard deviation of 1.
+  // The height error for a standard deviation of 1.
   double At(const Eigen::Vector3d& ground_m) const {
     double sum = 0;
     for (const Wave& wave : waves_)
@@ -140,11 +140,11 @@ class HeightError {
   std::array<Wave, 40> waves_;
 };
 
-// Of one coordinate, scan pixels and normalised. Medians: patches beside trees and houses have
-// errors of their own.
+// Errors of one coordinate, in scan pixels and normalised. Medians: patches beside trees and houses
+// have errors of their own.
 class MatchTally {
  public:
-  // `patches`: where they truly are.
+  // `patches`: their true positions.
   void Add(const ExteriorResult& result, const PhotoView& truth,
            const std::map<std::int64_t, Eigen::Vector3d>& patches) {
     if (result.status != Status::kOk) return;

@@ -46,10 +46,10 @@ namespace {
 constexpr int kPatchesPerPhoto = 30;
 constexpr double kFalseMatch_px = 1, kFalsePose_px = 3;
 
-// What a match window of the chip shows of the ground, to each side of its middle.
+// Half the side of a chip's match window on the ground.
 double HalfSide(const World& world) { return 0.5 * 61 * world.of.simulation.gsd_m; }
 
-// The best of each photo, spread over it, until it shows 30.
+// Stores the best patches of each photo, spread over it, until it shows 30.
 void StoreSome(World* of, const std::string& patches_of) {
   of->patches_of = patches_of;
   const World& world = *of;

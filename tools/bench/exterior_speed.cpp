@@ -56,7 +56,7 @@ struct Cost {
   double seconds = 0, on_the_clock_s = 0, megabytes = 0;  // seconds: of all processors together
 };
 
-// In a process of its own. Throws where it fails.
+// Runs the work in a process of its own. Throws if it fails.
 Cost Measure(const std::string& what, const std::function<void()>& work) {
   std::fflush(stdout);
   const auto begin = std::chrono::steady_clock::now();
@@ -197,7 +197,7 @@ Cost Ours(const Data& data, const std::string& database,
   });
 }
 
-// A table of the true pose off by a draw of such sigmas, kappa anywhere.
+// A table with the true pose, displaced by random errors of these sigmas, kappa arbitrary.
 std::string WideStart(const Data& data, unsigned draw) {
   constexpr double kPosition_m = 100, kTilt_rad = 10 * std::numbers::pi / 180;
   std::mt19937 random(draw);

@@ -7,10 +7,10 @@
 // Each trial puts every photo (of a digital camera) off by `position-m` in a random horizontal
 // direction, in height by at most as much and at most a fifth of the flying height, tilts it by
 // `attitude-deg` in a random direction and turns it by at most as much, or by any angle. The
-// accuracy that the program is told is `stated` times that error. With `shift-m` the patches are
+// accuracy given to the program is `stated` times that error. With `shift-m` the patches are
 // those of a wrong place: each is moved by that much in a direction of its own, or all in one.
 // Printed: how many end ok, weak and failed, the RMS reprojection difference to the truth over the
-// whole frame of those that are ok, what their covariances say that it should be, and the false
+// whole frame of those that are ok, what it should be by their covariances, and the false
 // accepts: ok, but off by more than 3 px.
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -88,7 +88,7 @@ void StoreShifted(const TrialOptions& options, const std::string& to, std::mt199
   patchdb::PatchDatabase::Create(to, known.GroundCrs()).AddSource(source, patches);
 }
 
-// The RMS reprojection difference over the frame that the result's covariance lets expect; ground
+// The RMS reprojection difference over the frame expected from the result's covariance; ground
 // at the DEM's mean height.
 double StatedRms(PhotoView view, const ExteriorResult& result, double ground_m) {
   constexpr int kGrid = 10;

@@ -65,7 +65,7 @@ nlohmann::json PhotoOf(const nlohmann::json& truth, const std::string& name) {
   throw InputError("truth.json lacks " + name);
 }
 
-// Of a transform to the photo system from the true one, pixels; the film's bend counted out.
+// RMS deviation of a transform to the photo system from the true one, pixels, less the film's bend.
 double FilmError(const InteriorResult& found, const Shown& shown) {
   const InteriorResult truth =
       ReadInteriorResult(InteriorResultPath(shown.folder + "/truth/interior", shown.photo));
@@ -86,7 +86,7 @@ double FilmError(const InteriorResult& found, const Shown& shown) {
   return rms_mm / std::sqrt(std::abs(truth.photo_from_pixel->A.determinant()));
 }
 
-// The best of what is left open, which exterior orientation decides.
+// The least error of the orientations left open, among which exterior orientation decides.
 double FilmErrorOfAny(const InteriorResult& found, const CameraFile& camera,
                       const interior::MarkShapes& marks, const Shown& shown) {
   double best = FilmError(found, shown);

@@ -73,7 +73,7 @@ Window MakeWindow(const interior::MarkShape& shape, std::mt19937* random) {
   return window;
 }
 
-// The locator's way: correlation at half of the reduced resolution, the best places again.
+// The locator's method: correlation at half of the reduced resolution, the best places again.
 Vector2d CoarseToFine(const interior::MarkShape& shape, const Image& image) {
   const Image fine = ReduceBy(image, kReduction), coarse = ReduceBy(fine, 2);
   const interior::MarkTemplate full =
@@ -100,7 +100,7 @@ Vector2d CoarseToFine(const interior::MarkShape& shape, const Image& image) {
   return found;
 }
 
-// The paper's: at every `step`th pixel in both directions, with every `share`th vector.
+// The paper's method: at every `step`th pixel in both directions, with every `share`th vector.
 Vector2d SumsUnderVectors(const interior::MarkShape& shape, const Image& image, int step,
                           size_t share) {
   const interior::MarkTemplate skeleton = interior::SkeletonTemplate(shape, PixelFromMm(kPixelMm));

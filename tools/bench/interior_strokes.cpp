@@ -216,7 +216,7 @@ std::string WriteInMemory(const Image& scan, unsigned number) {
   return path;
 }
 
-// Largest distance at a mark, px; over the ways that are left open the least.
+// Largest error at a mark, px; the least over the scan orientations that are left open.
 double TransformError(const Film& film, const InteriorResult& found, const Case& what) {
   double least = 1e9;
   for (const ScanOrientation way : found.possible_orientations) {
@@ -300,7 +300,7 @@ bool AllMarksHaveStrokes(const CameraFile& camera) {
   });
 }
 
-// Of the library, those named; without names, the usual ones.
+// Whether the camera was named or, without names, is one of the usual ones.
 bool IsAsked(const block::LibraryCamera& camera, const std::set<std::string>& names) {
   const bool strokes = AllMarksHaveStrokes(camera.file);
   if (names.empty()) return !camera.format_only && camera.file.fiducials.size() <= 12 && strokes;

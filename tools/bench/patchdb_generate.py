@@ -65,7 +65,7 @@ def main(real, new, count, side):
     for setting in ("journal_mode = OFF", "synchronous = OFF", "cache_size = -400000"):
         raw.execute(f"PRAGMA {setting}")
     srs = raw.execute("SELECT srs_id FROM gpkg_geometry_columns").fetchone()[0]
-    # What the trigger would do, without asking Python for every coordinate.
+    # Does what the trigger would do, without calling Python for every coordinate.
     trigger = raw.execute("SELECT sql FROM sqlite_master WHERE name = ?", (f"{INDEX}_insert",))
     trigger = trigger.fetchone()[0]
     raw.execute(f"DROP TRIGGER {INDEX}_insert")

@@ -43,7 +43,7 @@ struct Times {
   }
 };
 
-// One of this side, anywhere.
+// A footprint of this side, anywhere.
 Bounds Footprint(const Bounds& extent, double side_m, std::mt19937* random) {
   std::uniform_real_distribution<double> unit(0, 1);
   const double x = extent.min_x + unit(*random) * (extent.max_x - extent.min_x);

@@ -136,7 +136,7 @@ std::optional<Eigen::Vector2d> MatchWithOthers(const Block& block, const block::
   return match.pixel;
 }
 
-// Rounds of it; false where a photo is lost.
+// Rounds of joint matching; false if a photo is lost.
 bool MatchJointly(const Block& block, block::MeasuredTie* tie) {
   const double n = static_cast<double>(tie->seen.size());
   for (int round = 0; round < 2; ++round) {
@@ -144,7 +144,7 @@ bool MatchJointly(const Block& block, block::MeasuredTie* tie) {
     for (std::size_t i = 0; i < tie->seen.size(); ++i) {
       const auto pixel = MatchWithOthers(block, *tie, i);
       if (!pixel) return false;
-      // From the mean of all: the photo itself is one of them.
+      // Relative to the mean of all, of which the photo itself is one.
       next.seen[i].pixel += (n - 1) / n * (*pixel - tie->seen[i].pixel);
     }
     *tie = next;
@@ -158,7 +158,7 @@ struct Tally {
   int closures = 0;
 };
 
-// Between the two last rays, which were not matched with one another.
+// Closure between the two last rays, which were not matched with one another.
 void AddClosure(const Block& block, const block::MeasuredTie& tie, Tally* tally) {
   if (tie.seen.size() < 3) return;
   block::MeasuredTie two = tie;

@@ -55,7 +55,7 @@ def start_of_part(orient, folder, photos):
     (many / "approx.csv").write_text("\n".join(lines) + "\n")
     for file in ("approx.prj", "camera.toml", "dem.tif", "patches.gpkg", "block.toml"):
         shutil.copy(folder / file, many / file)
-    # Of the block's last photo alone: the part's results are there after the first run.
+    # The block's last photo alone: the part's results are there after the first run.
     words = [orient, "block", many / "block.toml", "--stage", "exterior", "--part",
              f"{photos}/{photos}", "--jobs", "1"]
     run(*words)

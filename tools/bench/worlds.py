@@ -52,7 +52,7 @@ KAPPAS = ["known", "unknown"]
 WRONG_PX = 1.0
 RECORD = "worlds.json"
 TRUTH = "truth.csv"  # of a world's photos, for exterior_matches
-# What tells runs apart; program: a digest.
+# What distinguishes runs; program: a digest.
 Run = collections.namedtuple("Run", "program world harvest start kappa seed draw")
 
 
@@ -140,7 +140,7 @@ class World:
                 "--out", folder, "--overwrite", "--jobs", jobs]
         line += ["--kappa-sigma-deg", 180] if run.kappa == "unknown" else []
         code, used = measured(line, folder / CONSOLE)
-        if code in (1, 2):  # usage or input: nothing that a benchmark tells
+        if code in (1, 2):  # usage or input error: not a benchmark result
             raise JobFailed(f"orient exterior: exit code {code}, see {folder / CONSOLE}")
         died = {"status": "failed", "rms_px": None, "stated_px": None, "wrong": False, "visible": 0, "correlating": 0,
                 "matched": 0, "findings": [f"exit_code_{code}"]}

@@ -27,7 +27,7 @@ std::string_view ScriptTemplate(const std::string& name) {
   throw std::logic_error("there is no data/cluster/" + name);
 }
 
-// `fillings` are text of a shell, or have been made its words.
+// `fillings` must be shell text, or already quoted as shell words.
 std::string Filled(const std::string& name,
                    const std::vector<std::pair<std::string_view, std::string>>& fillings) {
   std::vector<Markup> texts;
@@ -37,7 +37,7 @@ std::string Filled(const std::string& name,
   return FillText(name, ScriptTemplate(name), filled).Text() + "\n";
 }
 
-// Slurm reads its lines itself: no shell takes quotes away there.
+// Slurm parses these lines itself: no shell removes quotes there.
 std::string MoreLines(const BlockJobs& jobs) {
   std::string lines;
   if (!jobs.partition.empty()) lines += "\n#SBATCH --partition=" + jobs.partition;
@@ -45,7 +45,7 @@ std::string MoreLines(const BlockJobs& jobs) {
   return lines;
 }
 
-// Within the quotes of Slurm's own line, where a % stands for something.
+// Escaped for the quotes of Slurm's own line, in which % is special.
 std::string LogFolder(const BlockJobs& jobs) {
   std::string escaped;
   for (const char c : (fs::path(jobs.folder) / "logs").string()) {
@@ -65,7 +65,7 @@ std::string BlockWords(const BlockJobs& jobs, const std::string& options, int cp
   return fmt::format("block {}{} {} --jobs {}", ShellWord(jobs.block), library, options, cpus);
 }
 
-// What one job does; an array's where there are tasks.
+// What one job does; a job array if there are tasks.
 struct Work {
   std::string name;
   int tasks = 0;

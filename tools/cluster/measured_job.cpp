@@ -74,7 +74,7 @@ std::optional<StageNeeds> ReadStageNeeds(const std::string& folder, const std::s
     return of_stage.contains(key) && of_stage[key].is_number() ? of_stage[key].get<double>() : 0.0;
   };
   const StageNeeds needs{number("seconds_per_photo"), number("megabytes")};
-  constexpr double kDay_s = 86400, kMost_MB = 1e6;  // whoever wrote it
+  constexpr double kDay_s = 86400, kMost_MB = 1e6;  // plausible, whoever wrote the file
   if (!(needs.seconds > 0 && needs.seconds < kDay_s)) return std::nullopt;
   if (!(needs.megabytes > 0 && needs.megabytes < kMost_MB)) return std::nullopt;
   return needs;

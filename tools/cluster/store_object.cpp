@@ -28,13 +28,13 @@ struct CloseObject {
 };
 using Object = std::unique_ptr<VSILFILE, CloseObject>;
 
-// Without a list of what lies beside it, which GDAL would copy at every question after that.
+// Opens without listing the folder, a list that GDAL would copy at every later query.
 Object OpenToRead(const std::string& object) {
   const CPLConfigOptionSetter no_listing("GDAL_DISABLE_READDIR_ON_OPEN", "TRUE", false);
   return Object(VSIFOpenL(object.c_str(), "rb"));
 }
 
-// Calls use(piece) for all of a local file, as long as it says true.
+// Calls use(piece) for all of a local file, as long as it returns true.
 template <typename Use>
 UploadedFile ReadPieces(FilePieces* pieces, const Use& use) {
   block::DigestOfPieces digest;
@@ -76,7 +76,7 @@ bool Put(const std::string& object, const Write& write) {
   return VSIFCloseL(file.release()) == 0 && written;
 }
 
-// That the server refuses to say what is there.
+// Throws InputError if the server refuses to say what is there.
 void ThrowIfForbidden(const std::string& object) {
   if (LastRemoteAnswer() == RemoteAnswer::kForbidden)
     throw InputError(fmt::format(
@@ -156,10 +156,10 @@ void PutText(const std::string& object, const std::string& text) {
 
 UploadedFile PutFile(const std::string& path, const std::string& object) {
   const QuietGdal gdal;
-  FilePieces local(path);  // before the object: one that is not there must not empty it
+  FilePieces local(path);  // opened before the object: a missing file must not empty it
   std::error_code vanished;
   const std::uintmax_t bytes = std::filesystem::file_size(path, vanished);
-  // One that is there must not be taken for what could not be put together.
+  // An existing object must not be mistaken for the new one if that one's parts cannot be joined.
   if (!vanished && bytes > kLeastPart) RemoveObject(object);
   UploadedFile sent;
   const auto write = [&](VSILFILE* file) {
@@ -172,7 +172,7 @@ UploadedFile PutFile(const std::string& path, const std::string& object) {
   bool done = false;
   try {
     done = Patiently([&] { return Put(object, write) && IsWhole(object, sent.bytes); });
-  } catch (...) {  // the half that was read has become the object
+  } catch (...) {  // the part read so far has become the object
     RemoveObject(object);
     throw;
   }

@@ -79,7 +79,7 @@ std::vector<std::string> FilesOf(const fs::path& folder) {
   return files;
 }
 
-// GDAL would see no other objects, and take all of ours for absent.
+// With these settings, GDAL would not see our objects and would take all of them for absent.
 void RefuseBlindGdal() {
   for (const char* setting : {"CPL_VSIL_CURL_ALLOWED_EXTENSIONS", "CPL_VSIL_CURL_ALLOWED_FILENAME"})
     if (CPLGetConfigOption(setting, nullptr) != nullptr)
@@ -113,10 +113,10 @@ std::string NewId() {
 // A local file and what is to become of it.
 struct Planned {
   std::string name;
-  UploadedFile contents = {};  // the digest only where the store has the same
+  UploadedFile contents = {};  // the digest only if the store has the same file
   fs::file_time_type changed = {};
   bool in_the_way =
-      false;  // an object is, which neither this nor an interrupted upload has planned
+      false;  // an object exists that neither this nor an interrupted upload has planned
 
   bool IsThere() const { return !contents.digest.empty(); }
 };
@@ -156,7 +156,7 @@ class UploadRun {
     return ReadUploadedFiles(*text, TypedObject(object));
   }
 
-  // Tells what is there, plans what is to come, and refuses to replace what else lies in the way.
+  // Finds what is there, plans what is to come, and refuses to replace what else is in the way.
   void Compare(const UploadedFiles& listed) {
     ProgressTask task(progress_, "comparing with the store", static_cast<int>(files_.size()));
     OnThreadsOfTheirOwn(files_.size(), options_.jobs, [&](std::size_t i) {
@@ -169,7 +169,7 @@ class UploadRun {
       if (file.in_the_way) in_the_way.push_back(file.name);
     const auto unknown = [&](const auto& file) { return !list_.files.contains(file.first); };
     if (std::any_of(listed.files.begin(), listed.files.end(), unknown))
-      in_the_way.emplace_back(kUploadList);  // would name them no more
+      in_the_way.emplace_back(kUploadList);  // the new list would no longer name them
     if (!in_the_way.empty() && !options_.overwrite) RefuseToReplace(in_the_way);
   }
 
@@ -233,7 +233,7 @@ class UploadRun {
     throw InputError(Path(name) + " has changed during the upload" + kChanges);
   }
 
-  // After all was sent: what was sent first may be another file by now.
+  // Checked after everything was sent: the files sent first may have changed by now.
   void RefuseChanges() {
     const std::vector<std::string> now = FilesOf(folder_);
     const bool same =
@@ -261,7 +261,7 @@ class UploadRun {
   void NoteWhatArrived() {
     try {
       WriteList();
-    } catch (const std::exception&) {  // the failure that led here is the one to be told
+    } catch (const std::exception&) {  // the failure that led here is the one to report
     }
   }
 
@@ -270,7 +270,7 @@ class UploadRun {
     written_ = std::chrono::steady_clock::now();
   }
 
-  // Where another upload has put its list there meanwhile, neither is complete.
+  // If another upload has put its list there meanwhile, neither is complete.
   void WriteList() {
     const auto now = ReadList();
     if (now && now->id == list_.id) return PutList();
@@ -292,8 +292,8 @@ class UploadRun {
   UploadOptions options_;
   ProgressListener* progress_;
   std::vector<Planned> files_;
-  std::mutex mutex_;                        // of what follows, while files are sent
-  UploadedFiles list_{NewId(), false, {}};  // as far as it has come
+  std::mutex mutex_;                        // guards what follows, while files are sent
+  UploadedFiles list_{NewId(), false, {}};  // files sent so far
   std::chrono::steady_clock::time_point written_;
 };
 

@@ -22,7 +22,7 @@ namespace orient {
 namespace {
 namespace fs = std::filesystem;
 
-// Of the photos' poses, and what says how their scans lie.
+// Adds the photos' poses and what determines how their scans lie.
 void AddPhotos(const ControlChoice& control, const std::string& camera_library, Inputs* inputs) {
   const std::string folder = fs::path(control.orientation).parent_path().string();
   (*inputs)["orientation"] = block::DigestOfContents(control.orientation);

@@ -47,7 +47,7 @@ std::optional<block::Quicklook> MakeQuicklook(const BlockFile& block,
                                block::SurfaceUnder(block, oriented.photos));
 }
 
-// What an earlier run left and this one does not write.
+// Removes what an earlier run left and this one does not write.
 void RemoveStale(const BlockFile& block) {
   const fs::path out(block.output_directory);
   std::error_code ignored;
@@ -61,7 +61,7 @@ void RemoveStale(const BlockFile& block) {
     fs::remove(out / (PhotoName(path) + block::kThumbnail), ignored);
 }
 
-// Of the scans that can be read.
+// Writes thumbnails of the scans that can be read.
 void WriteThumbnails(const BlockFile& block) {
   SideBySide(block.photos.size(), [&](std::size_t i) {
     const std::string& path = block.photos[i];
@@ -69,13 +69,13 @@ void WriteThumbnails(const BlockFile& block) {
       block::WriteThumbnail(
           (fs::path(block.output_directory) / (PhotoName(path) + block::kThumbnail)).string(),
           Raster::OpenScan(path));
-    } catch (const std::exception&) {  // of a damaged scan its photo's own result tells
+    } catch (const std::exception&) {  // a damaged scan is reported in its photo's own result
       RethrowOfEnvironment();
     }
   });
 }
 
-// A picture that cannot be drawn costs no result.
+// A picture that cannot be drawn does not affect any result.
 std::optional<block::Quicklook> Illustrate(const BlockFile& block, block::OrientedBlock* oriented) {
   try {
     auto quicklook = MakeQuicklook(block, *oriented);
@@ -106,7 +106,7 @@ void WriteExportsTo(const BlockFile& block, block::OrientedBlock* result) {
   }
 }
 
-// The photo that a result file is of; empty for other files.
+// The photo to which a result file belongs; empty for other files.
 std::string PhotoOf(const fs::path& file) {
   const std::string name = file.filename().string();
   for (const std::string suffix : {".exterior.json", ".interior.json"})
@@ -121,7 +121,7 @@ fs::path FreshFolder(const fs::path& path) {
   return fresh;
 }
 
-// Returns what is told of it, if anything was moved.
+// Returns a finding, if anything was moved.
 std::optional<Finding> SetOtherPhotosAside(const BlockFile& block) {
   const fs::path out(block.output_directory);
   std::set<std::string> photos, others;

@@ -29,7 +29,7 @@ constexpr const char* kQuiet = "--quiet";
 constexpr const char* kLog = "--log";
 constexpr const char* kLogJson = "--log-json";
 
-// What `orient` is, for whoever types its name alone.
+// Description of `orient`, for those who type its name alone.
 constexpr const char* kDescription =
     "Orients scans of aerial film photos automatically: interior orientation from fiducial marks,\n"
     "exterior orientation from patches of known ground position, then the whole block.";
@@ -39,7 +39,7 @@ std::string WhyNotFinite(const std::string& text) {
   char* end = nullptr;
   const double value = std::strtod(text.c_str(), &end);
   const bool finite =
-      std::isfinite(value) || end == text.c_str();  // no number at all: told as such
+      std::isfinite(value) || end == text.c_str();  // not a number at all: reported as such
   return finite ? "" : text + " is not a finite number";
 }
 
@@ -48,7 +48,7 @@ void RefuseInfinities(CLI::App& app) {
     if (option->get_type_name().starts_with("FLOAT")) option->check(WhyNotFinite);
 }
 
-// One makes all anew, the other keeps what is there.
+// One recomputes everything, the other keeps what is there.
 void RefuseOverwriteWithResume(CLI::App& app) {
   CLI::Option* resume = app.get_option_no_throw("--resume");
   CLI::Option* overwrite = app.get_option_no_throw("--overwrite");
@@ -90,7 +90,7 @@ void PrintOptions(const CLI::App& app, const std::string& title, std::ostream& e
     PrintOptions(*nested, title + " " + nested->get_name(), err);
 }
 
-// `orient patchdb create` where that was asked for: whose help to look at.
+// The command that was asked for, e.g. `orient patchdb create`: whose help to look at.
 std::string AskedCommand(const CLI::App& app) {
   std::string name = app.get_name();
   for (const CLI::App* nested : app.get_subcommands()) name += " " + AskedCommand(*nested);
@@ -108,7 +108,7 @@ std::vector<std::string> CommandsOf(const CLI::App& app) {
   return names;
 }
 
-// An option that is known here and written nearly like one of these; empty where none is.
+// Suggests a known option that is spelt nearly like one of these; empty if there is none.
 std::string DidYouMean(const CLI::App& parser, const std::vector<std::string>& arguments) {
   std::vector<std::string> names;
   for (const CLI::Option* option : AskedApp(parser).get_options())
@@ -140,8 +140,8 @@ bool TakesWords(const CLI::App& app) {
                      [](const CLI::Option* option) { return option->get_positional(); });
 }
 
-// What stands where the command, or a command's own one, should: a word that is none, or an option
-// that commands have. Empty where neither is wrong.
+// Error message for a word that is no command where a command or subcommand is expected, or for an
+// option of the commands that precedes the command. Empty if neither occurs.
 std::string WrongCommand(const CLI::App& parser, const std::vector<std::string>& arguments) {
   const CLI::App* app = &parser;
   for (const std::string& argument : arguments) {
@@ -183,7 +183,7 @@ int ReportParseError(const CLI::App& parser, const CLI::ParseError& error,
                      std::ostream& err) {
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success))
     return parser.exit(error, out, err);  // --help and --version are no errors
-  // What CLI11 says of a misspelt word is what it misses because of that.
+  // For a misspelt word, CLI11 reports only what is missing because of it.
   std::string wrong = WrongCommand(parser, arguments);
   if (wrong.empty()) wrong = DidYouMean(parser, arguments);
   if (wrong.empty()) wrong = MissingCommand(parser, arguments);
@@ -192,8 +192,8 @@ int ReportParseError(const CLI::App& parser, const CLI::ParseError& error,
   return static_cast<int>(ExitCode::kBadUsage);
 }
 
-// Throws UsageError where `orient help X` names no command: CLI11 would explain what it knows of
-// it.
+// Throws UsageError if X in `orient help X` is no command: CLI11 would show the help of what it
+// does know.
 void RequireKnown(const CLI::App& parser, const std::vector<std::string>& arguments) {
   if (arguments.empty() || arguments.front() != "help") return;
   const CLI::App* app = &parser;
@@ -291,8 +291,8 @@ void ParseWith(CLI::App* parser, std::vector<std::string> arguments) {
   parser->parse(std::move(arguments));
 }
 
-// What `work` returns, or the exit code of what it throws, which is told on the stream that `err`
-// names then.
+// Returns what `work` returns, or the exit code of its exception, which is reported on the stream
+// that `err` returns then.
 int Guarded(const CLI::App& parser, const std::vector<std::string>& arguments, std::ostream& out,
             const std::function<std::ostream&()>& err, const std::function<int()>& work) {
   const auto fail = [&err](const std::string& message, ExitCode code) {
@@ -317,7 +317,7 @@ int Guarded(const CLI::App& parser, const std::vector<std::string>& arguments, s
   } catch (const std::filesystem::filesystem_error& error) {
     return fail(error.path1().string() + ": " + error.code().message(), ExitCode::kBadInput);
   } catch (const Stopped&) {
-    constexpr int kInterrupted = 130;  // as a shell says it of Ctrl-C
+    constexpr int kInterrupted = 130;  // the exit code of shells for Ctrl-C
     err() << "orient: stopped\n";
     return kInterrupted;
   } catch (const std::exception& error) {
@@ -340,7 +340,7 @@ void Parse(const CommandList& commands, const std::vector<std::string>& argument
 int RunProgram(const CommandList& commands, const std::vector<std::string>& arguments,
                std::ostream& out, std::ostream& err) {
   const std::unique_ptr<CLI::App> parser = MakeParser(commands);
-  std::optional<RunOutput> output;  // once the command line says where words go
+  std::optional<RunOutput> output;  // set once the command line says where output goes
   const int code = Guarded(
       *parser, arguments, out, [&]() -> std::ostream& { return output ? output->Err() : err; },
       [&] {

@@ -1,4 +1,4 @@
-// orient convert: oriented blocks for other programs, from them, and whether both mean the same.
+// orient convert: exports oriented blocks to other programs, imports theirs, and checks exports.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -130,7 +130,7 @@ class ConvertCommand : public Command {
   }
 
  private:
-  // Of a folder of Orient's own results their table; another program's folder has no one file.
+  // For Orient's own results, the folder's table; another program's folder has no single file.
   RunInput Input() const {
     const std::string table = block::PoseTablePath(source_.input);
     if (fs::is_regular_file(table)) return FileInput("poses", table);
@@ -140,7 +140,7 @@ class ConvertCommand : public Command {
 
   ExchangeFormat From() const { return *ExchangeFormatFromName(from_.empty() ? "opk" : from_); }
 
-  // Of a folder that another call made for another program.
+  // Requires --from for a folder that an earlier call made for another program.
   void RequireFrom() const {
     if (!from_.empty() || fs::is_regular_file(block::PoseTablePath(source_.input)) ||
         fs::path(source_.input).extension() == ".csv")
@@ -222,7 +222,7 @@ class ConvertCommand : public Command {
     return source.camera_of_poses->camera.kind == CameraKind::kFilm;
   }
 
-  // Whether all could be made.
+  // Returns whether all could be made.
   bool MakeImages(const ConvertSource& source, std::ostream& out) const {
     const bool all = !IsFilm(source) || Resample(source, out);
     if (!IsFilm(source)) LinkDigitalImages(out_, images_, source_.image_extension);

@@ -117,7 +117,7 @@ class ExteriorCommand : public Command {
   }
 
  private:
-  // What the run writes, and what it removes since it would be true of other poses.
+  // Refuses to replace what the run writes, or what it removes because it holds for other poses.
   void RefuseToReplace(const block::ExteriorRunOptions& options) const {
     const auto path = [&](const char* file) {
       return (std::filesystem::path(options.out) / file).string();
@@ -133,7 +133,7 @@ class ExteriorCommand : public Command {
         output_.overwrite);
   }
 
-  // What the table of approximations holds and the run did not use.
+  // Prints what the table of approximations holds but the run did not use.
   static void PrintRemarks(const std::string& table, std::ostream& out) {
     if (table.empty() || !block::IsOrientationTable(table)) return;
     const OrientationTable read = ReadOrientationTable(table, OpenCells::kAnglesAndHeights);
@@ -141,7 +141,7 @@ class ExteriorCommand : public Command {
       out << "note      " << remark << "\n";
   }
 
-  // The table of a resumed run is of its own photos.
+  // The table of a resumed run must hold only its own photos.
   static void RefuseOtherPhotos(const block::ExteriorRunOptions& options,
                                 const std::string& table) {
     if (!std::filesystem::exists(table)) return;

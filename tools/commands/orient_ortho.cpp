@@ -22,7 +22,7 @@ namespace orient {
 namespace {
 namespace fs = std::filesystem;
 
-// As CLI11 asks for it: empty where the text is one.
+// A check as CLI11 requires it: empty if the text is a pixel size.
 std::string WhyNoPixelSize(const std::string& text) {
   double size_m = 0;
   if (CLI::detail::lexical_cast(text, size_m) && size_m > 0 && std::isfinite(size_m)) return "";
@@ -111,7 +111,7 @@ class OrthoCommand : public Command {
     return (fs::is_directory(poses) ? poses / "orientation.csv" : poses).string();
   }
 
-  // The block's project for QGIS, which lists its orthophotos; it costs none of them.
+  // The block's project for QGIS, which lists its orthophotos; a failure costs none of them.
   void ShowInProject(std::ostream& out) const {
     try {
       WriteBlockProject(FolderOf(options_.source.poses));
@@ -120,7 +120,7 @@ class OrthoCommand : public Command {
     }
   }
 
-  // A report that is there says what it would say if it were written now.
+  // Rewrites a report that is there, so that it is up to date.
   void ShowInReport(std::ostream& out) const {
     const std::string folder = FolderOf(options_.source.poses);
     if (!fs::exists(fs::path(folder) / "report.html")) return;
@@ -128,7 +128,7 @@ class OrthoCommand : public Command {
     const fs::path block = fs::weakly_canonical(folder, ignored);
     const fs::path out_folder = fs::weakly_canonical(options_.out, ignored);
     if (out_folder != block && out_folder != block / "ortho") return;
-    // What a block said that was not adjusted stands in its report alone.
+    // The findings of a block that was not adjusted are in its report alone.
     if (ReadRunRecords(folder).contains("block") && !fs::exists(AdjustmentResultPath(folder))) {
       out << "note      report.html does not show them: orient block makes it, with --resume\n";
       return;

@@ -47,7 +47,7 @@ class ReportCommand : public Command {
   }
 
  private:
-  // With what the report says of them.
+  // Photos without exterior orientation, with what the report says of them.
   static std::vector<PhotoWithoutResult> WithoutExterior(const BlockRecord& block,
                                                          const BlockVerdict& verdict) {
     std::vector<PhotoWithoutResult> photos;

@@ -32,7 +32,7 @@ CameraFile CameraOf(const OrthoSource& source) {
   return ReadCameraFile(source.camera);
 }
 
-// What all photos are read with.
+// Common to the reading of all photos.
 struct Shared {
   const OrthoSource& source;
   OrientationTable table;
@@ -56,7 +56,7 @@ Shared ReadShared(const OrthoSource& source) {
           film ? block::LoadMarkShapes(camera) : interior::MarkShapes()};
 }
 
-// As all of these throws InputError with what keeps the photo from an orthophoto.
+// Like all of these, throws InputError stating what prevents an orthophoto of the photo.
 ortho::OrientedPhoto FromResult(const Shared& shared, const std::string& scan) {
   const std::string name = PhotoName(scan);
   const std::string result = ExteriorResultPath(shared.source.poses, name);
@@ -83,7 +83,7 @@ ortho::OrientedPhoto FromTable(const Shared& shared, const std::string& scan,
       scan,
       {shared.camera.camera, interior.photo_from_pixel, row->pose, interior.film_correction}};
   // Sigmas alone give no CE90: position and angles of a pose are correlated so much that without
-  // that it would come out twice as large.
+  // the correlations it would come out twice as large.
   const std::string path = InteriorResultPath(shared.interior, name);
   if (shared.camera.camera.kind == CameraKind::kFilm)
     oriented.negative = ReadInteriorResult(path).polarity == Polarity::kNegative;

@@ -43,7 +43,7 @@ class OrthoRun {
       TellPlan(found, gsd_m, out);
       return found.left_out.empty();
     }
-    // What is wrong with given seamlines is said before an hour's work.
+    // Errors in given seamlines are reported before an hour's work.
     const std::string given = GivenSeams();
     if (options_.mosaic && !given.empty())
       seamlines_ = ortho::Seamlines::FromFile(given, found.crs);
@@ -173,7 +173,7 @@ class OrthoRun {
     }
   }
 
-  // Those that are there may have been edited.
+  // Existing seamlines may have been edited.
   std::string GivenSeams() const {
     const bool kept = options_.seams.empty() && options_.resume && fs::exists(SeamsPath());
     return kept ? SeamsPath() : options_.seams;
@@ -204,7 +204,7 @@ class OrthoRun {
     return seamlines;
   }
 
-  // The parts and their cells get their tones.
+  // Applies the balanced tones to the parts and their cells.
   void Balance(std::vector<ortho::PhotoCells>* cells, std::vector<ortho::MosaicPart>* parts,
                std::ostream& out) const {
     ortho::BalancedTones balanced = ortho::BalanceTones(*cells);
@@ -236,7 +236,7 @@ class OrthoRun {
           << " differs so much from its neighbours in contrast that its gain is bounded\n";
   }
 
-  // CE90 only where it is known of all photos.
+  // CE90 only if it is known of all photos.
   std::map<std::string, std::string> MetadataOfMosaic(
       const std::vector<ortho::MosaicPart>& parts) const {
     std::map<std::string, std::string> metadata = Metadata();
@@ -257,7 +257,7 @@ class OrthoRun {
     return metadata;
   }
 
-  // A table of tones that the mosaic does not show would be false.
+  // A table of tones that the mosaic does not show would be wrong.
   void RemoveTones(std::ostream& out) const {
     if (options_.balance || !fs::remove(TonesPath())) return;
     out << "note      the mosaic was balanced before, and is not without --balance; " << TonesPath()
@@ -330,7 +330,7 @@ class OrthoRun {
   std::vector<GroundAccuracy> accuracies_;               // of photos whose poses have a covariance
   std::vector<std::pair<double, std::string>> cut_off_;  // share of the frame with heights; photo
   MosaicSources sources_;
-  bool any_made_ = false;  // an orthophoto: not all were kept
+  bool any_made_ = false;  // an orthophoto: not all were kept from earlier runs
 };
 
 }  // namespace

@@ -69,7 +69,7 @@ class Log {
   const std::string& Path() const { return path_; }
 
  private:
-  // A log is added to: a scan or a table of the same name must not be.
+  // Logs are appended to; a scan or a table of the same name must not be.
   void RefuseOtherFiles() const {
     std::ifstream there(path_);
     std::string line;

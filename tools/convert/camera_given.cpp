@@ -27,8 +27,8 @@ bool HasPixels(const ExchangeCamera& camera) {
   return camera.focal_px.minCoeff() > 0 && camera.principal_px.norm() > 0;
 }
 
-// Largest over the image of where both put the same ray, px; no more than the diagonal, as lenses
-// have no meaning far beyond their image.
+// Largest distance (px) in the image between both cameras' projections of a ray; no more than the
+// diagonal, as lens models have no meaning far beyond the image.
 double LargestDifference_px(const ExchangeCamera& a, const ExchangeCamera& b, int width,
                             int height) {
   constexpr int kSteps = 8;
@@ -47,7 +47,7 @@ double LargestDifference_px(const ExchangeCamera& a, const ExchangeCamera& b, in
 
 bool IsSame(const ExchangeCamera& a, const ExchangeCamera& b, const ExchangeCamera& given) {
   if (HasSize(a) && HasSize(b) && (a.width != b.width || a.height != b.height)) return false;
-  if (!HasPixels(a) || !HasPixels(b))  // of BINGO the name alone
+  if (!HasPixels(a) || !HasPixels(b))  // BINGO states no pixels
     return FocalLength_mm(a) == FocalLength_mm(b) && a.name == b.name;
   return LargestDifference_px(a, b, given.width, given.height) < kWorthSaying_px;
 }

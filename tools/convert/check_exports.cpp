@@ -47,7 +47,7 @@ struct OwnPoint {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
 };
 
-// By image; of those that measured nothing, nothing.
+// By image; images that measured nothing have an empty list.
 using OwnPoints = std::map<std::string, std::vector<OwnPoint>>;
 
 template <typename Observation>
@@ -94,7 +94,7 @@ ReadingFit FitMeasured(const ProgramFiles& files, const OwnPoints& points, const
   return {reading, 0, medians.back(), medians[medians.size() / 2]};
 }
 
-// Of each image evenly over all of its points: as many as tell.
+// From each image, points spread evenly over all of its points, as many as are sufficient.
 OwnPoints Thinned(OwnPoints points) {
   constexpr std::size_t kMost = 200;
   for (auto& [image, seen] : points) {
@@ -212,7 +212,7 @@ ExportCheck CheckExport(const std::string& directory, std::optional<ExchangeForm
   check.ok = check.declared.largest_px <= kFits_px;
   if (check.ok) return check;
   const auto other = BestOther(*files, rows);
-  // A ground system's curvature may leave some tenths of a pixel, which no other reading betters.
+  // A ground system's curvature may leave some tenths of a pixel, which no other reading improves.
   const bool better = other && 3 * other->rms_px < check.declared.rms_px;
   check.ok = !better && check.declared.largest_px <= kAlmost_px;
   if (better && other->largest_px <= kAlmost_px) check.fits = other;

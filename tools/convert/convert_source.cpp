@@ -97,7 +97,7 @@ GroundFrame FrameOf(const ForeignBlock& foreign, const ConvertSourceOptions& giv
   return GroundFrame::Shifted(foreign.frame_origin);
 }
 
-// The camera that the folder's poses are true with, where it says so.
+// The camera for which the folder's poses hold, if it is there, else that of the options.
 CameraFile CameraOfPoses(const ConvertSourceOptions& options, std::vector<std::string>* messages) {
   const std::string own = block::BlockCameraPath(FolderOf(options.input));
   if (!fs::exists(own)) {
@@ -255,14 +255,14 @@ void RequireDistinctPhotos(const ExchangeBlock& block, const std::string& input)
       throw InputError(fmt::format("{} has the photo {} twice; remove one", input, photo.image));
 }
 
-// Of one of so many cameras. Where there are others than were written nobody knows which is which;
-// they have one flight, hence one value.
+// For one of so many cameras. If their number differs from that written, the assignment is unknown;
+// but they have one flight, hence one value.
 EarthRecord EarthOf(const ExportRecord& record, std::size_t camera, std::size_t cameras) {
   if (record.earth.empty()) return {};
   return record.earth[record.earth.size() == cameras ? camera : 0];
 }
 
-// A file that was cut reads like a smaller block; the verification points beside it know better.
+// A truncated file reads like a smaller block; the verification points beside it reveal that.
 void NamePhotosCutOff(const ExchangeBlock& block, const std::string& folder,
                       std::vector<std::string>* messages) {
   const std::string path = VerificationPath(folder);
@@ -277,13 +277,13 @@ void NamePhotosCutOff(const ExchangeBlock& block, const std::string& folder,
                       " for one: was it truncated?");
 }
 
-// Makes of both lists of the files' cameras what they are in the block's ground system, and returns
-// what they are in the files'.
+// Converts both lists of the files' cameras to the block's ground system, and returns the cameras
+// for the files' own.
 std::vector<ExchangeCamera> BringIntoTheBlocksGround(const ConvertSourceOptions& given,
                                                      const ExportRecord& record,
                                                      std::vector<Camera>* cameras,
                                                      std::vector<ExchangeCamera>* exchanged) {
-  // Another calibration of the same camera, another run's rounding: some percent are no other.
+  // Differences of some percent are due to another calibration of the camera or to rounding.
   constexpr double kSame = 0.03;
   std::vector<ExchangeCamera> in_file = *exchanged;
   for (std::size_t i = 0; i < cameras->size(); ++i) {

@@ -13,7 +13,7 @@ constexpr int kGrid = 7;  // points along a side of the image
 
 constexpr double kRelief = 0.03;  // of the flying height
 
-// What the pose is fitted to: a ground point of the new system, and where the old one shows it.
+// Observation to fit a pose to: a ground point of the new system, and its pixel by the old pose.
 struct SeenPoint3d {
   Eigen::Vector3d ground;
   Eigen::Vector2d pixel;
@@ -99,7 +99,7 @@ std::vector<Eigen::Vector2d> Residuals(const ExchangePhoto& photo, const Exchang
   return residuals;
 }
 
-// One Gauss-Newton step, the lens left out of its derivatives: the turn (a rotation vector in the
+// One Gauss-Newton step, the lens left out of its derivatives: rotation (a rotation vector in the
 // camera system) and the centre's shift.
 void Step(const ExchangeCamera& camera, const std::vector<SeenPoint3d>& seen,
           ExchangePhoto* photo) {
@@ -108,7 +108,7 @@ void Step(const ExchangeCamera& camera, const std::vector<SeenPoint3d>& seen,
   const auto residuals = Residuals(*photo, camera, seen);
   const Eigen::Matrix3d ground_from_camera = GroundFromCamera(*photo);
   const Eigen::Matrix3d camera_from_ground = ground_from_camera.transpose();
-  // Metres and radians made alike, so that the normal equations are well conditioned.
+  // Scales metres and radians alike, so that the normal equations are well conditioned.
   const double distance = (seen.front().ground - photo->centre).norm();
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const Eigen::Vector3d q = camera_from_ground * (seen[i].ground - photo->centre);
@@ -185,7 +185,7 @@ std::optional<Eigen::Vector3d> PointAtHeight(const GroundFrame& frame, FrameWay 
                                              const Eigen::Vector3d& direction, double height_m) {
   const auto top = BlockHeight(frame, way, centre);
   if (!top || *top <= height_m) return std::nullopt;
-  // Heights along the ray are all but linear: the chord from the centre, again and again.
+  // Heights along the ray are almost linear: iterates with the chord from the centre.
   double distance = *top - height_m;
   for (int i = 0; i < 50; ++i) {
     const Eigen::Vector3d point = centre + distance * direction;

@@ -24,7 +24,7 @@ Vector3d OnTheEllipsoid(double longitude_rad, double latitude_rad) {
   return GeocentricFromGeodetic({latitude_rad, longitude_rad, 0});
 }
 
-// Between a geocentric point and a reference in the chunk's coordinate system.
+// Horizontal distance between a geocentric point and a reference in the chunk's coordinate system.
 std::optional<double> PlanDistance(const CoordinateTransform& geographic_from_reference,
                                    const Vector3d& geocentric, const Vector3d& reference) {
   const auto lon_lat = geographic_from_reference(reference.head<2>());
@@ -89,7 +89,7 @@ void NoteLeftOut(const MetashapeChunk& chunk, std::vector<std::string>* notes) {
 
 std::optional<MetashapeReferenceFit> FitToReferences(const MetashapeChunk& chunk) {
   constexpr double kFarAway_m = 50;
-  // Of a geocentric chunk its references may be geocentric themselves, which has no plan.
+  // References of a geocentric chunk may themselves be geocentric, without horizontal coordinates.
   if (chunk.reference.starts_with("GEOCCS")) return std::nullopt;
   std::vector<double> distances = PlanDistances(chunk);
   if (distances.empty()) return std::nullopt;

@@ -19,8 +19,8 @@ namespace orient {
 namespace {
 namespace fs = std::filesystem;
 
-// More than what GPS on board and a reconstruction fitted to it leave, less than any convergence
-// or offset that would do harm.
+// Larger than what onboard GPS and a reconstruction fitted to it leave, smaller than any meridian
+// convergence or offset that would do harm.
 constexpr double kFarAway_m = 100, kTurned_deg = 0.5, kScale = 0.1;
 // Estimates this many standard deviations apart are told apart.
 constexpr double kApart = 4;
@@ -54,8 +54,8 @@ Eigen::Vector3d CentreOf(const OpensfmShot& shot) {
   return -camera.rotation.transpose() * camera.translation;
 }
 
-// What OpenSfM stores of a matrix that is nearly a rotation: its quaternion's, which differs from
-// the nearest rotation.
+// The rotation that OpenSfM stores for a matrix that is nearly a rotation: its quaternion's, which
+// differs from the nearest rotation.
 Eigen::Matrix3d Stored(const Eigen::Matrix3d& matrix) {
   return Eigen::Quaterniond(matrix).normalized().toRotationMatrix();
 }
@@ -158,7 +158,7 @@ std::optional<Coords> CoordsBeside(const std::string& input) {
   return std::nullopt;
 }
 
-// OpenDroneMap keeps what it replaced.
+// OpenDroneMap keeps the file that it replaced.
 bool TopocentricBeside(const std::string& input) {
   return fs::exists(fs::path(input) / "reconstruction.topocentric.json");
 }
@@ -193,7 +193,7 @@ class Decision {
       throw InputError(options_.input +
                        " holds projected coordinates; name the block's projected "
                        "CRS with --crs");
-    // Without an offset the coordinates may be whole: then they lie where the GPS says.
+    // Without an offset, the coordinates may be complete: then they agree with the GPS.
     if (!offset_ && !(projected_ && projected_->Sound(true)))
       throw InputError(fmt::format(
           "{}: the poses are in a projected system minus an offset, as OpenDroneMap writes them, "
@@ -210,12 +210,12 @@ class Decision {
     const bool as_is = topocentric_->Sound(false);
     const bool undone = projected_ && projected_->Sound(false);
     if (as_is && undone) return OfBoth();
-    // Without a CRS nobody knows how the projected ones would fit.
+    // Without a CRS it is unknown how well projected ones would fit.
     if (as_is && (projected_ || topocentric_->Sound(true))) return Take(Ground::kTopocentric);
     return undone ? TakeProjected() : Refuse();
   }
 
-  // One whose stated offset leads elsewhere is another block's.
+  // A reconstruction whose stated offset leads elsewhere belongs to another block.
   Ground TakeProjected() {
     if (offset_ && !projected_->Sound(true)) Refuse();
     return Take(Ground::kProjected);
@@ -249,7 +249,7 @@ class Decision {
     return Ground::kProjected;
   }
 
-  // The turn decides where it can: GPS that is shifted as a whole speaks for neither system.
+  // The rotation decides if it can: GPS that is shifted as a whole favours neither system.
   Ground OfBoth() {
     const double difference = std::abs(topocentric_->turn_deg) - std::abs(projected_->turn_deg);
     if (std::abs(difference) > kApart * topocentric_->sigma_deg)

@@ -39,7 +39,7 @@ bool AreTheImages(const std::vector<std::string>& names, const ExchangeBlock& bl
       [](const std::string& name, const ExchangePhoto& photo) { return name == photo.image; });
 }
 
-// That an earlier run left; one with files of somebody's stays.
+// Removes a folder of links left by an earlier run; a folder with other files stays.
 void RemoveFolderOfLinks(const fs::path& folder) {
   if (fs::is_symlink(folder) || !fs::is_directory(folder)) return;
   const bool links = std::all_of(fs::directory_iterator(folder), fs::directory_iterator(),

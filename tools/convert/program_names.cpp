@@ -23,7 +23,7 @@ bool CutsNames(ExchangeFormat format) {
   return format == ExchangeFormat::kColmap || format == ExchangeFormat::kAsp;
 }
 
-// Also other than all of `taken`, which are without endings.
+// Also makes the name different from all of `taken`, which have no endings.
 std::string WithoutBlanks(std::string image, const std::set<std::string>& taken) {
   std::replace_if(image.begin(), image.end(), IsBlank, '_');
   const std::string name = WithoutEnding(image);

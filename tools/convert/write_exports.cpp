@@ -31,7 +31,7 @@ namespace orient {
 namespace {
 namespace fs = std::filesystem;
 
-// A verification point in all the systems that anybody may want.
+// A verification point in all the systems that a format may need.
 struct Verified {
   std::size_t photo = 0;
   Eigen::Vector3d block_m;
@@ -39,7 +39,7 @@ struct Verified {
   Eigen::Vector2d reduced_mm;
 };
 
-// Round, near the block's middle; heights stay what they are.
+// A round origin near the block's centre; heights stay unchanged.
 Eigen::Vector3d RoundOrigin(const ExchangeBlock& block) {
   constexpr double kRound_m = 1000;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -49,8 +49,8 @@ Eigen::Vector3d RoundOrigin(const ExchangeBlock& block) {
           0};
 }
 
-// The ground under a photo; for formats in the block's own system any will do: an image scale of
-// 1 : 10 000.
+// The ground height under a photo; any will do for formats in the block's own system: default is an
+// image scale of 1 : 10 000.
 double GroundHeight(const ConvertSource& source, std::size_t photo) {
   const Camera& camera = source.cameras[source.block.photos[photo].camera];
   return source.ground_height_m[photo].value_or(source.block.photos[photo].centre.z() -
@@ -95,7 +95,7 @@ std::optional<double> MeanGroundHeight(const ConvertSource& source) {
   return sum / count;
 }
 
-// What of a camera's lens does not belong into the file's ground system.
+// Earth curvature contained in a camera's lens but not wanted in the file's ground system.
 double CurvatureIn(const GroundFrame& frame, const ConvertSource& source, const Camera& camera) {
   return frame.IsShift() ? 0 : CurvatureOf(camera, MeanGroundHeight(source).value_or(0));
 }
@@ -236,7 +236,7 @@ void WriteCamera(const std::string& directory, const Camera& camera, std::size_t
   WriteCameraFile((fs::path(directory) / name).string(), {camera, {}, {}, std::nullopt, {}});
 }
 
-// Returns the true names of those that got another.
+// Renames the images as in the files; returns the true names of those that were renamed.
 std::map<std::string, std::string> NameAsInFiles(ExchangeFormat format, ExchangeBlock* block) {
   std::map<std::string, std::string> true_names;
   const std::vector<std::string> names = NamesInFiles(*block, format);

@@ -35,7 +35,7 @@ void ExtendByPhoto(const PhotoRecord& photo, const PhotoVerdict& verdict, Box* b
   if (verdict.pose) Extend(verdict.pose->position_m, box);
 }
 
-// Of the photos that did not fail, or of those that did where there are no others.
+// Extent of the photos that did not fail, or of the failed ones if there are no others.
 Box GroundExtent(const BlockRecord& block, const BlockVerdict& verdict) {
   Box box;
   for (size_t i = 0; i < block.photos.size(); ++i)
@@ -53,8 +53,8 @@ std::string Ce90Text(const PhotoVerdict& verdict) {
   return Decimal(ce90_m, DecimalsForSigma(ce90_m)) + kThinSpace + "m";
 }
 
-// `corners_only`: of a ring with as many points on each of four sides, where there are so many
-// footprints that relief along their sides cannot be seen. Without the last point, the first again.
+// `corners_only`: of a ring with equally many points on each of four sides, if there are so many
+// footprints that relief along their sides cannot be seen. Omits the last point (the first again).
 std::vector<Vector2d> RingOf(const std::vector<Eigen::Vector3d>& ring, const Sheet& sheet,
                              bool corners_only) {
   std::vector<Vector2d> corners;
@@ -77,7 +77,7 @@ std::string Footprint(const std::vector<Vector2d>& ring, const PhotoVerdict& ver
       verdict.ce90 ? ", CE90 " + Ce90Text(verdict) : "");
 }
 
-// What one patch was worth to the block: its best outcome in any photo.
+// For each patch, its best outcome in any photo.
 using Outcomes = std::map<std::int64_t, const PatchResult*>;
 
 Outcomes BestOutcomes(const BlockRecord& block) {
@@ -183,7 +183,7 @@ struct Labels {
   std::vector<std::string> nowhere, outside;  // photos
 };
 
-// Names where they do not cover one another; some shifted, some left out.
+// Places names such that they do not overlap; some are shifted, some left out.
 class LabelLayout {
  public:
   explicit LabelLayout(const Sheet& sheet) : sheet_(sheet) {}
@@ -249,13 +249,13 @@ Labels PhotoLabels(const BlockRecord& block, const BlockVerdict& verdict, const 
   return labels;
 }
 
-// What deserves a look lies on top.
+// Photos that deserve attention are drawn on top.
 std::string PhotoShapes(const BlockRecord& block, const BlockVerdict& verdict, const Sheet& sheet) {
   const bool many = block.photos.size() > kManyPhotos;
   std::string svg;
   SvgPath centres;
   for (const Status status : {Status::kOk, Status::kWeak, Status::kFailed}) {
-    SvgPath together;  // of many photos: without a word to each
+    SvgPath together;  // of many photos: no text for each
     for (size_t i = 0; i < block.photos.size(); ++i) {
       if (verdict.photos[i].status != status) continue;
       const PhotoRecord& photo = block.photos[i];
@@ -276,7 +276,7 @@ std::string PhotoShapes(const BlockRecord& block, const BlockVerdict& verdict, c
   return svg + centres.Element("centre");
 }
 
-// From the approximations to the poses, enlarged until all but the longest ones can be seen well.
+// Arrows from approximations to poses, enlarged until all but the longest can be seen well.
 struct MoveArrows {
   std::string svg;
   double times = 0;  // 0: none

@@ -28,7 +28,7 @@ std::optional<std::string> PhotoOf(const std::string& file, std::string_view suf
   return file.substr(0, file.size() - suffix.size());
 }
 
-// `read` one result of `photo`; what is wrong with the file is the photo's problem alone.
+// Reads one result of `photo` by `read`; errors in the file are the photo's problem alone.
 template <typename Result>
 void ReadInto(Result (*read)(const std::string&), const std::string& path, PhotoRecord* photo,
               std::optional<Result>* target) {
@@ -106,14 +106,14 @@ void AddQuicklook(const std::string& directory, BlockRecord* block) {
   block->seams_picture = existing(block::kSeamsFile);
 }
 
-// Up to the decimals that both are written with.
+// Whether the poses are equal to the decimals with which both are written.
 bool SamePose(const Pose& a, const Pose& b) {
   constexpr double kDistance_m = 2e-4, kAngle_rad = 1e-9;
   const Vector6d off = PoseDifference(a, b).cwiseAbs();
   return off.head<3>().maxCoeff() < kDistance_m && off.tail<3>().maxCoeff() < kAngle_rad;
 }
 
-// With the record of the run that made them last; each says itself which pose it has.
+// Adds the record of the run that made them last; each orthophoto states its own pose.
 void AddOrthophotos(const std::string& directory, const Photos& photos, BlockRecord* block) {
   block->ortho = ReadOrthoFolder(directory);
   if (!block->ortho) return;

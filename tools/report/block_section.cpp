@@ -54,7 +54,7 @@ Markup PhotoRow(const std::string& name, const PhotoSightings& photo) {
                {"largest_w", photo.Used() > 0 ? Decimal(photo.largest_w, 1) : kNoValue}});
 }
 
-// By name; of too many those of which nothing is used, and those with the largest residuals.
+// By name; of too many, those with nothing used and those with the largest residuals.
 Markup Photos(const AdjustmentResult& adjusted) {
   const auto sightings = SightingsOf(adjusted);
   std::vector<std::pair<std::string, PhotoSightings>> photos(sightings.begin(), sightings.end());

@@ -40,7 +40,7 @@ Markup RollTable(const FilmRoll& roll) {
                {"sigma0", roll.sigma0_um ? MeanAndSpreadText(*roll.sigma0_um, 1) : kNoValue}});
 }
 
-// Of a pixel of the scan in the photo.
+// Size of a scan pixel in the photo.
 std::optional<double> PixelMm(const PhotoRecord& photo, const Camera& camera) {
   if (camera.kind == CameraKind::kDigital && photo.exterior && photo.exterior->width > 0)
     return camera.frame_mm.x() / photo.exterior->width;

@@ -42,7 +42,7 @@ Markup Table(const OrthoFolder& ortho) {
   return Fill("ortho.html#photos", {{"rows", rows}});
 }
 
-// What all of them have, and nothing where they differ, as after partial runs.
+// Facts common to all orthophotos, without those that differ, e.g. after partial runs.
 std::string Facts(const OrthoFolder& ortho) {
   const std::size_t n = ortho.photos.size();
   if (n == 0) return "A mosaic alone";
@@ -101,7 +101,7 @@ Markup Quicklook(const BlockRecord& block, const PictureHtml& figure) {
   return pictures;
 }
 
-// Those that end with the DEM.
+// Orthophotos that end where the DEM ends.
 Markup CutOff(const OrthoFolder& ortho) {
   std::vector<std::string> photos;
   for (const OrthoFigures& photo : ortho.photos)

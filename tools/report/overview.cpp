@@ -11,7 +11,7 @@ namespace {
 
 constexpr size_t kMostConcerns = 200;
 
-// `unit` stands smaller behind a value that there is.
+// `unit` is shown smaller behind the value, if there is one.
 Markup Tile(const std::string& value, const std::string& unit, const char* name,
             const Markup& note = {}, std::string_view css_class = "") {
   const bool with_unit = value != kNoValue && !unit.empty();
@@ -34,7 +34,7 @@ Markup PrecisionTile(const BlockRecord& block, const BlockVerdict& verdict,
                    {{"href", links.To(block, photo)}, {"photo", block.photos[photo].name}}));
 }
 
-// What the poses are good for, in the middle of the photos and at worst.
+// Precision of the poses: the median and the worst photo.
 Markup ProjectionTile(const BlockRecord& block, const BlockVerdict& verdict,
                       const PhotoLinks& links) {
   const char* name = "projection σ anywhere in the frame, median";
@@ -52,7 +52,7 @@ Markup ProjectionTile(const BlockRecord& block, const BlockVerdict& verdict,
 
 std::string Metres(double value_m) { return Decimal(value_m, DecimalsForSigma(value_m)); }
 
-// What a map made with the poses is good for.
+// Accuracy of a map made with the poses.
 Markup GroundTile(const BlockRecord& block, const BlockVerdict& verdict, const PhotoLinks& links) {
   const char* name = "CE90 on the ground, median photo";
   if (!verdict.median_ce90_m) return Tile(kNoValue, "", name);

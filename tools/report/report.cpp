@@ -34,8 +34,8 @@ constexpr const char* kGenerator = "<meta name=\"generator\" content=\"orient re
 // A page that can be mailed, and that a browser opens at once.
 constexpr size_t kLargestPage = 4 * 1024 * 1024;
 
-// Pictures of the output folder, `up` from the page ("../"), inside it while there is room. What
-// the page asks for first gets it.
+// Pictures of the output folder, which is `up` ("../") from the page; embedded in the page while
+// there is room, in the order of requests.
 class PictureAlbum {
  public:
   PictureAlbum(std::string directory, std::string up)
@@ -126,7 +126,7 @@ class Report {
     }
   }
 
-  // By its head; a person may have put something of their own beside.
+  // Recognised by its head; a person may have put something of their own beside.
   static bool IsPageOfOurs(const fs::path& path) {
     std::error_code ignored;
     if (path.extension() != ".html" || !fs::is_regular_file(fs::symlink_status(path, ignored)))

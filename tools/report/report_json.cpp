@@ -47,7 +47,7 @@ Json Ce90(const std::optional<GroundAccuracy>& ce90) {
   return {{"median", ce90->median_m}, {"worst", ce90->worst_m}};
 }
 
-// Of all photos together; null where no photo says where it started.
+// Moves of all photos together; null if no photo states where it started.
 Json MovesJson(const std::vector<ApproximationMove>& moves) {
   if (moves.empty()) return nullptr;
   const CommonMove common = CommonMoveOf(moves);

@@ -16,7 +16,7 @@ using Eigen::Vector2d;
 
 constexpr double kSide = 520;         // the frame's longer side in the SVG's units
 constexpr double kMargin = 26;        // for tick labels
-constexpr double kUsualArrow = 36;    // what most residuals come out as, at most
+constexpr double kUsualArrow = 36;    // most residuals' arrows are no longer
 constexpr double kLongestArrow = 64;  // longer ones are cut
 constexpr double kLegendHeight = 30;
 
@@ -38,8 +38,8 @@ std::vector<double> ResidualLengths(const ExteriorResult& result, PatchState sta
   return lengths;
 }
 
-// Nine tenths of the matched patches' residuals (of the rejected ones' where none matched) come out
-// as usual arrows; the others say more about themselves than about the frame.
+// Nine tenths of the matched patches' residuals (of the rejected ones' if none matched) get arrows
+// of the usual length at most; the others say more about themselves than about the frame.
 double Exaggeration(const ExteriorResult& result, double scale) {
   std::vector<double> lengths = ResidualLengths(result, PatchState::kMatched);
   if (lengths.empty()) lengths = ResidualLengths(result, PatchState::kRejected);

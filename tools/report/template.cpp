@@ -15,7 +15,7 @@ namespace {
   throw std::logic_error(fmt::format("template {}: {}", name, why));
 }
 
-// What `name` says of its file: "file" or "file#part".
+// The text for `name` in its file: "file" or "file#part".
 std::string_view TemplateText(std::string_view name) {
   constexpr std::string_view kPart = "<!-- part: ";
   const size_t hash = name.find('#');

@@ -37,7 +37,7 @@ void SummarizeProjections(BlockVerdict* verdict) {
     verdict->median_projection = ProjectionSigma{Median(std::move(px)), Median(std::move(m))};
 }
 
-// Photos that failed have a pose at times, and none that is good for anything.
+// Failed photos sometimes have a pose, but none that is usable.
 void JudgeOnGround(const BlockRecord& block, BlockVerdict* verdict) {
   if (!block.camera) return;
   SideBySide(block.photos.size(), [&](std::size_t i) {
@@ -137,9 +137,9 @@ std::string Times(double value, double usual) {
   return Decimal(value / usual, 1) + " times the block's median";
 }
 
-// How many matched patches lie further off than most of their photo's, where there are more than
-// photos of houses and trees usually have. Not measured by sigma0: that
-// weighs residuals by what heights and film may do, which neighbours share.
+// Number of matched patches with much larger residuals than most of their photo, if there are more
+// than photos of houses and trees usually have. Not judged by sigma0, which
+// weights residuals by possible height and film errors, which neighbours share.
 int OutlyingPatches(const ExteriorResult& exterior) {
   std::vector<double> lengths;
   for (const PatchResult& patch : exterior.patches)
@@ -153,7 +153,7 @@ int OutlyingPatches(const ExteriorResult& exterior) {
   return share > kConspicuousShare ? static_cast<int>(outlying) : 0;
 }
 
-// What is conspicuous about a photo that says of itself that it is ok.
+// What is conspicuous about a photo whose status is ok.
 std::vector<std::string> Peculiarities(const PhotoRecord& photo, const PhotoVerdict& verdict,
                                        const BlockVerdict& block, std::optional<double> usual_m) {
   std::vector<std::string> texts;

@@ -24,7 +24,7 @@ std::optional<Refusal> WhyNoBody(const RequestHead& head) {
     return Refusal{413, fmt::format("the body has more than {} bytes", kLongestBody)};
   if (head.method == "GET")
     return length == 0 ? std::nullopt : std::optional(Refusal{400, "a GET has no body"});
-  // Other pages' forms cannot send this without asking first.
+  // Forms of other pages cannot send this without a preflight request.
   if (!head.content_type || !head.content_type->starts_with("application/json"))
     return Refusal{415, "send application/json"};
   return std::nullopt;
@@ -53,7 +53,7 @@ std::optional<Refusal> Access::WhyRefused(const RequestHead& head) const {
 bool Access::HasToken(const std::string& target) const {
   const std::string start = "/" + token_ + "/";
   if (target.size() < start.size()) return false;
-  unsigned different = 0;  // all of it is compared, so that the time tells nothing
+  unsigned different = 0;  // all of it is compared, so that timing reveals nothing
   for (std::size_t i = 0; i < start.size(); ++i)
     different |= static_cast<unsigned char>(start[i] ^ target[i]);
   return different == 0;

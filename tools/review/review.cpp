@@ -39,7 +39,7 @@ Reply JsonText(std::string text) {
   return {200, "application/json", std::make_shared<const std::string>(std::move(text))};
 }
 
-// Whatever is wrong with a file or a word is said to the page; the server goes on.
+// Errors in a file or a statement are reported to the page; the server goes on.
 template <typename Action>
 Reply Answered(const Action& action) {
   try {
@@ -272,7 +272,7 @@ Reply Review::Post(const WebPath& path, const std::string& body) {
   });
 }
 
-// Throws InputError where no such mark can be there.
+// Throws InputError if there can be no such mark there.
 void Review::RequireMark(const PhotoRecord& photo, const MarkMeasurement& mark) {
   if (!photo.interior)
     throw InputError(fmt::format(
@@ -289,7 +289,7 @@ void Review::RequireMark(const PhotoRecord& photo, const MarkMeasurement& mark) 
                                  mark.pixel.y(), photo.name));
 }
 
-// Throws InputError where the word cannot be true of this block.
+// Throws InputError if the statement cannot apply to this block.
 void Review::RequireSayable(const Word& word) {
   const auto state = states_.Now();
   for (const std::string& photo : PhotosOf(word))

@@ -73,7 +73,7 @@ std::optional<Eigen::Vector2d> PixelsOf(const std::optional<Eigen::Vector2d>& re
   return Eigen::Vector2d(photo_from_pixel->A.inverse() * *residual_um * 1e-3);
 }
 
-// Of the photo system, on the scan.
+// The scan pixel of a point in the photo system.
 Json PixelJson(const InteriorResult& interior, const Eigen::Vector2d& photo_mm) {
   const FilmCorrection* film = interior.reseau ? &interior.reseau->correction : nullptr;
   return Numbers(PixelFromPhoto(*interior.photo_from_pixel, film, photo_mm));

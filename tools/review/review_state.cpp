@@ -37,7 +37,7 @@ void AddSaid(const Inputs& made_from, const std::string& photo,
   (*said)[photo] = found == made_from.end() ? std::string() : found->second;
 }
 
-// A block's final results do not tell what they were made from; its exterior stage's do.
+// A block's final results do not state what they were made from; its exterior stage's do.
 Inputs ExteriorInputs(const std::string& directory, const PhotoRecord& photo) {
   const fs::path stage = fs::path(directory) / "stages" / "exterior";
   if (const auto inputs = ReadMadeFrom(ExteriorResultPath(stage.string(), photo.name)))

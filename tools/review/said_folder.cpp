@@ -55,7 +55,7 @@ void RequireSaid(const SaidBy& said) {
   RequireText("the date", said.when, kLongestName);
 }
 
-// Throws InputError where the files could not be read again with this in them.
+// Throws InputError if the files could not be read again with this statement in them.
 void RequireRight(const Word& word) {
   for (const MarkMeasurement& mark : word.marks) {
     RequireName("the photo", mark.photo);
@@ -106,7 +106,7 @@ void Decide(const Word& word, std::vector<Decision>* all) {
   }
 }
 
-// `key`: photo and name of one of them.
+// `key`: photo and name of a measurement.
 template <typename Measured, typename Key>
 void Measure(const std::vector<Measured>& said,
              const std::vector<std::pair<std::string, std::string>>& not_any_more, const Key& key,
@@ -136,7 +136,7 @@ void Add(const Word& word, Measurements* all) {
         kImagePointsFile, all->folder));
 }
 
-// Ground before image: a point that is not seen yet does no harm.
+// Ground before image points: a point that is not measured in a photo yet does no harm.
 std::vector<std::string> FilesOf(const Word& word) {
   std::vector<std::string> files;
   if (!word.points.empty() || !word.no_points.empty()) files.emplace_back(kPointsFile);

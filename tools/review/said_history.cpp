@@ -25,7 +25,7 @@ std::string VersionOf(const SaidFiles& files) {
 SaidHistory::SaidHistory(std::string path, const SaidFiles& now) : path_(std::move(path)) {
   try {
     if (fs::exists(path_)) Read();
-  } catch (const std::exception&) {  // it is of help only
+  } catch (const std::exception&) {  // the history is only an aid
     words_.clear();
   }
   // A review may have been ended between the files and this history.
@@ -66,7 +66,7 @@ void SaidHistory::Write() const {
 
 namespace {
 
-// The rest of a character of UTF-8 that began before.
+// Whether it is a continuation byte of a UTF-8 character.
 bool Continues(char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; }
 
 }  // namespace
@@ -79,7 +79,7 @@ SaidHistory::Change SaidHistory::ChangeOf(const std::string& before, const std::
   const auto in_character = [&](const std::string& text, std::size_t at) {
     return at < text.size() && Continues(text[at]);
   };
-  // No character is cut: what is kept is text again.
+  // Characters are not split, so that what is kept is text again.
   while (same > 0 && (in_character(before, same) || in_character(after, same))) --same;
   const auto differs_at_end = std::mismatch(
       before.rbegin(), before.rbegin() + std::ptrdiff_t(shorter - same), after.rbegin());

@@ -18,8 +18,8 @@ constexpr std::size_t kMostBytes = 32 * 1024 * 1024;
 // Reductions up to this are averaged over all pixels; beyond it a tile would read too many of them.
 constexpr int kLargestAverage = 8;
 
-// One row of the scan per row of the image, its columns averaged: fine for finding one's way, and
-// of a scan in strips only one in `reduction` is read. `window` lies inside the scan.
+// One row of the scan per row of the image, its columns averaged: sufficient for an overview, and
+// only every `reduction`th row of a scan in strips is read. `window` lies inside the scan.
 Image PickRows(const Raster& scan, const PixelWindow& window, int reduction) {
   const int width = (window.width + reduction - 1) / reduction;
   const int height = (window.height + reduction - 1) / reduction;
@@ -55,7 +55,7 @@ struct Stretch {
   float black = 0, white = 255;
 };
 
-// From some of its rows: enough for percentiles, and soon read.
+// From some of its rows: enough for percentiles, and quickly read.
 Stretch StretchOf(const Raster& scan) {
   constexpr int kRows = 32;
   const int bits = scan.BitsPerSample();

@@ -10,8 +10,8 @@
 namespace orient {
 namespace {
 
-// A browser opens connections that it does not use at once, and who sends a request byte by byte
-// holds one for long: a waiting thread costs next to nothing.
+// A browser opens connections that it does not use at once, and a client that sends a request byte
+// by byte holds one for long: a waiting thread costs next to nothing.
 constexpr int kThreads = 256;
 constexpr int kWaiting = 512;  // connections that may wait for one
 
@@ -32,7 +32,7 @@ RequestHead HeadOf(const httplib::Request& request) {
           .chunked = request.has_header("Transfer-Encoding")};
 }
 
-// Below the token, whose length the check has seen.
+// The path below the token, whose length has been checked.
 WebPath PathOf(const std::string& target) {
   WebPath path(1);
   for (std::size_t i = target.find('/', 1) + 1; i < target.size(); ++i)
@@ -55,7 +55,7 @@ void Refuse(const Refusal& refusal, httplib::Response* response) {
 }
 
 // Nothing from elsewhere, no script in the page itself, in no other page's frame; the address with
-// its token is told nobody.
+// its token is not passed on.
 httplib::Headers SafeHeaders() {
   return {{"Content-Security-Policy",
            "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
@@ -72,7 +72,7 @@ std::map<std::string, std::string> QueryOf(const httplib::Request& request) {
 void SetUp(Review* review, const std::function<const Access&()>& access, httplib::Server* server) {
   using Handled = httplib::Server::HandlerResponse;
   server->set_default_headers(SafeHeaders());
-  // Each connection serves one request: the rest of a body that is refused is nobody's next one.
+  // Each connection serves one request: the rest of a refused body is not taken for the next one.
   server->set_keep_alive_max_count(1);
   server->set_keep_alive_timeout(1);
   server->set_read_timeout(5);

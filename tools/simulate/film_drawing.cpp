@@ -262,7 +262,7 @@ struct FinePatch {
   Image image;
 };
 
-// Empty where the image does not show the square. Beyond the image's border its own value.
+// Empty if the image does not show the square. Beyond its border, the border pixels are repeated.
 FinePatch Enlarged(const Image& image, const Eigen::Vector2i& from, const Eigen::Vector2i& to) {
   FinePatch patch{from, {}};
   if (to.x() < 0 || to.y() < 0 || from.x() >= image.width || from.y() >= image.height) return patch;

@@ -56,7 +56,7 @@ class PhotoRenderer {
   const GroundRaster& ground_;
   const Terrain& terrain_;
   double margin_mm_;
-  double tallest_m_ = 0;  // of what stands anywhere
+  double tallest_m_ = 0;  // of all objects
 };
 
 Node PhotoRenderer::NodeAt(int col, int row) const {
@@ -73,14 +73,14 @@ bool PhotoRenderer::MeetObject(const Vector3d& ground_point, const RaySlope& slo
                                double* below_top) const {
   const double tilt = std::hypot(slope.east, slope.north);
   double top = tallest_m_;
-  // Lower things around here cannot be met as far away: look again, nearer.
+  // Lower objects are met only nearer to the ground point: look again in a smaller area.
   for (int round = 0; round < 2 && top > 0; ++round)
     top = ground_.TallestNear(ground_point.x(), ground_point.y(), top * tilt);
   if (top <= 0) return false;
   top += 0.01;
   const int steps = 1 + static_cast<int>(top * tilt / (0.7 * ground_.cell));
   // Height of the ray above the surface `above` metres over its ground point; on bare ground the
-  // ray has not arrived, however near.
+  // ray counts as clear, however near.
   Vector3d at;
   const auto clearance = [&](double above) {
     at = {ground_point.x() - slope.east * above, ground_point.y() - slope.north * above,

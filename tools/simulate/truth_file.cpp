@@ -99,8 +99,8 @@ bool NearObject(const Scene& scene, const Vector3d& point) {
   return false;
 }
 
-// Where a thing of this size may be seen at either date: itself, leaning in a photo as far as a
-// wide angle shows it, and its shadow. Positions: the scene's.
+// Where an object of this size may be visible at either date: the object itself, leaning in a photo
+// as much as at a wide angle, and its shadow. Positions: the scene's.
 class StandingMask {
  public:
   StandingMask(int width, int height)
@@ -122,7 +122,7 @@ class StandingMask {
   const std::vector<std::uint16_t>& Cells() const { return mask_; }
 
  private:
-  // What lies within `reach_m` of the line from `a` to `b`.
+  // Marks what lies within `reach_m` of the line from `a` to `b`.
   void Mark(const Vector2d& a, const Vector2d& b, double reach_m) {
     const double reach = reach_m + kMaskCell_m;
     const auto index = [](double x, int size) {

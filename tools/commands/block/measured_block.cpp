@@ -32,7 +32,7 @@ void WriteResults(const BlockFile& block, const CameraFile& camera, const block:
   WriteAdjustmentResult(out, block::SummaryOf(done.adjusted, done.findings));
 }
 
-// The camera with curvature and refraction, where they matter, over what the block shows.
+// The camera with earth curvature and refraction, if they matter, for the ground of the block.
 CameraFile OverTheEarth(const BlockFile& block, const CameraFile& camera,
                         const block::JudgedBlock& flat) {
   constexpr double kPixel_mm = 0.01;

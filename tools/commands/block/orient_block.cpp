@@ -106,7 +106,7 @@ class BlockCommand : public Command {
   }
 
  private:
-  // As FindBlockControl; a harvest takes long, so what would stop the run after it is told before.
+  // As FindBlockControl; before a harvest, which takes long, checks what would stop the run later.
   bool FindControlOrCheckTheRest(block::BlockRunOptions* options) const {
     if (FindBlockControl(library_, &options->block)) return true;
     const block::BlockInputs checked(*options, block::Patches::kToBeMade);
@@ -158,7 +158,7 @@ class BlockCommand : public Command {
     if (!FindBlockControl(library_, &options.block))
       throw UsageError(options.block.patchdb + " is not there yet: run --stage control first");
     const std::string& directory = options.block.output_directory;
-    // Parts leave none of these.
+    // Runs of parts do not write these files.
     if (!resume_ && !block::IsUnfinished(directory))
       RefuseToOverwrite(Tables(directory), false, "--resume");
     options.resume = true;
@@ -243,7 +243,7 @@ class BlockCommand : public Command {
     }
   }
 
-  // Before the work, not after it.
+  // Checked before the work, not after it.
   void CheckFormats(const std::vector<std::string>& formats) const {
     for (const std::string& format : formats) {
       if (ExchangeFormatFromName(format)) continue;
@@ -262,12 +262,12 @@ class BlockCommand : public Command {
     }
     for (const UnusablePhoto& photo : block.unusable)
       results.push_back(ExteriorResultPath(block.output_directory, photo.name));
-    // Of another block's photos, perhaps.
+    // The tables may be of another block's photos.
     for (const std::string& table : Tables(block.output_directory)) results.push_back(table);
     return results;
   }
 
-  // What only the run of a whole block leaves.
+  // Files that only the run of a whole block writes.
   static std::vector<std::string> Tables(const std::string& directory) {
     std::vector<std::string> tables;
     for (const char* file : {"orientation.csv", "block.json", "block.gpkg"})

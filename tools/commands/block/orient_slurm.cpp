@@ -31,10 +31,10 @@ namespace fs = std::filesystem;
 constexpr int kMostWhole_MB = 10'000'000;
 constexpr int kMostTasks = 1000;      // of an array, as Slurm is set up by default
 constexpr double kPart_s = 20 * 60;   // of work that a part is to hold
-constexpr double kMargin = 3;         // asked for over what was measured
+constexpr double kMargin = 3;         // resources requested, over those measured
 constexpr std::size_t kMeasured = 2;  // photos
 
-// Where nothing was measured.
+// Assumed if nothing was measured.
 constexpr StageNeeds kUnknown = {60, 1500};
 
 class SlurmCommand : public Command {
@@ -109,7 +109,7 @@ class SlurmCommand : public Command {
   }
 
  private:
-  // What a photo takes: measured now on two photos, or as it was measured before.
+  // Time and memory of a photo: measured now on two photos, or as measured before.
   StageNeeds Needs(const BlockFile& file, block::BlockStage stage, std::ostream& out) const {
     const auto before = ReadStageNeeds(jobs_.folder, block::Name(stage));
     if (before && !overwrite_) return Told(stage, *before, "measured before", out);
@@ -127,7 +127,7 @@ class SlurmCommand : public Command {
     return needs;
   }
 
-  // Empty where no photo was done: they are done already, or wait for others.
+  // Empty if no photo was done: they are done already, or wait for others.
   std::optional<StageNeeds> Measure(const BlockFile& file, block::BlockStage stage) const {
     const std::size_t parts = (file.photos.size() + kMeasured - 1) / kMeasured;
     const std::size_t before = Undone(file, stage, parts);
@@ -157,7 +157,7 @@ class SlurmCommand : public Command {
     return undone;
   }
 
-  // Of the results of exterior orientation that exist.
+  // Median size of the existing results of exterior orientation.
   static double MedianMegabytesOfResult(const BlockFile& file) {
     constexpr double kUsual_MB = 0.3;
     constexpr std::size_t kEnough = 100;
@@ -173,7 +173,7 @@ class SlurmCommand : public Command {
     return megabytes.empty() ? kUsual_MB : Median(std::move(megabytes));
   }
 
-  // Parts, times and memory.
+  // Determines parts, times and memory to request.
   void AskFor(BlockFile* file, std::ostream& out) {
     const bool there = FindBlockControl(library_, file);
     StageNeeds interior{0, 0};
@@ -196,7 +196,7 @@ class SlurmCommand : public Command {
     };
     jobs_.interior = asked(interior);
     jobs_.exterior = asked(exterior);
-    // Of a photo: its points in the adjustment; its result, held by the run, the report and
+    // Memory of a photo: its points in the adjustment; its result, held by the run, the report and
     // block.gpkg.
     constexpr double kWhole_min = 60, kWhole_MB = 2000, kPoints_MB = 0.4, kResults = 3;
     const double photo_MB = kPoints_MB + kResults * MedianMegabytesOfResult(*file);

@@ -100,7 +100,7 @@ void WritePictures(const block::NewCamera& made) {
   }
 }
 
-// As a user's own run reads it: what it refuses is told now. Removes a file that is refused.
+// Reads the file as a user's run would, so that errors appear now. Removes a file that is refused.
 void RequireReadable(const std::string& path) {
   try {
     ReadCameraFile(path);

@@ -29,8 +29,8 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-// The linear part of scan pixels from photo mm: by the transform, or, where there is none, by the
-// pixel size that is stated or tagged.
+// The linear part of the transform from photo mm to scan pixels; without a transform, from the
+// stated or tagged pixel size.
 Matrix2d PixelFromMm(const InteriorResult& result, const Raster& scan,
                      const interior::InteriorOptions& options) {
   if (result.photo_from_pixel) return result.photo_from_pixel->A.inverse();

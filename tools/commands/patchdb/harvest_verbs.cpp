@@ -28,7 +28,7 @@ void PrintHarvestPlan(const patchdb::PatchDatabase& database, patchdb::SourceKin
     out << block::PlanLine(harvested[i], "harvest   " + paths[i]) << "\n";
 }
 
-// What both kinds of harvest are asked for.
+// Arguments of both kinds of harvest.
 struct HarvestArguments {
   block::HarvestRun run;
   std::string date, provenance, licence;

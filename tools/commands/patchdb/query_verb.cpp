@@ -70,7 +70,7 @@ class QueryVerb : public PatchdbVerb {
       throw InputError(orientation_ + " has no row for photo '" + PhotoName(photo_) + "'");
     return row->pose;
   }
-  // To what the frame can show at all, so that the spatial index can help.
+  // Restricts the filter to what the frame can show at all, so that the spatial index can help.
   void Narrow(const Camera& camera, const Pose& pose, patchdb::PatchFilter* filter) const {
     const auto seen = FootprintBounds(camera, pose, kLowestGround_m,
                                       std::min(kHighestGround_m, pose.position_m.z() - 1));

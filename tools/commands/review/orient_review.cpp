@@ -97,7 +97,7 @@ class ReviewCommand : public Command {
     options_.by = by_ ? *by_ : UserName();
     Review review(options_);
     ServeReview(&review, port_, [&](const std::string& address) {
-      out << "review  " << address << std::endl;  // whoever waits for it reads it now
+      out << "review  " << address << std::endl;  // flushed: whoever waits for it reads it now
       if (open_) OpenInBrowser(address);
     });
     return ExitCode::kAllDone;
@@ -125,7 +125,7 @@ class ReviewCommand : public Command {
     options_.run_again = [this](ProgressListener* listener) { OrientAgain(listener); };
   }
 
-  // Where `run` reads any (`folder` is not empty), no others can be meant.
+  // If `run` reads measurements (`folder` is not empty), no other folder can be meant.
   void TakeMeasurementsOf(const std::string& run, const std::string& folder) {
     if (measurements_.empty()) measurements_ = folder;
     if (!folder.empty() && fs::weakly_canonical(measurements_) != fs::weakly_canonical(folder))
@@ -133,7 +133,7 @@ class ReviewCommand : public Command {
                                    run, folder, measurements_));
   }
 
-  // Of a folder of orient interior or exterior: what its run.json says.
+  // Takes the options of a folder of orient interior or exterior from its run.json.
   void TakeFromRecord() {
     stages_ = ReadRecordedStages(options_.directory);
     TakeMeasurementsOf(options_.directory, stages_.measurements);
@@ -159,8 +159,8 @@ class ReviewCommand : public Command {
       };
   }
 
-  // As orient block --resume does: of what the word concerns, all is done again, of the rest
-  // nothing but what follows from it.
+  // As orient block --resume does: everything that the new statements concern is done again, and of
+  // the rest only what depends on it.
   void OrientAgain(ProgressListener* listener) const {
     block::BlockRunOptions options{.block = ReadBlockFile(block_path_), .resume = true};
     options.block.camera = block::FindCameraFile(options.block.camera, library_);
@@ -180,7 +180,7 @@ class ReviewCommand : public Command {
     folder.Finish();
   }
 
-  // A folder without any of the files is an error to whoever reads it.
+  // Whether nothing was stated yet: reading a folder without any of the files is an error.
   bool SaidNothing() const {
     for (const char* file : {kMarksFile, kImagePointsFile, kPointsFile, kDecisionsFile})
       if (fs::exists(fs::path(measurements_) / file)) return false;

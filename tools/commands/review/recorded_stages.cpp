@@ -45,8 +45,8 @@ void RequireRepeatable(const std::string& directory, const RunRecord& run) {
         fmt::format("{} was made in {}: start orient review there", directory, run.directory));
 }
 
-// What the folder's run of a stage was asked for, by what `read` makes of its arguments; empty
-// where there was none.
+// The options of the folder's run of a stage, parsed by `read` from its arguments; empty if there
+// was none.
 template <typename Options>
 std::optional<Options> AskedFor(const std::string& directory,
                                 const std::map<std::string, RunRecord>& runs, const char* stage,
@@ -96,7 +96,7 @@ void DoAgain(const RecordedStages& stages, const Measurements& said, bool learn,
     exterior->learn = learn;
     exterior->resume = true;
     exterior->jobs = jobs;
-    // Refuses now what would be refused after the marks.
+    // Refuses now what would otherwise be refused only after interior orientation.
     if (stages.interior) block::ExteriorsThatStay(*exterior);
   }
   if (auto interior = stages.interior) {

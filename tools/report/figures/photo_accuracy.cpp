@@ -14,8 +14,8 @@ namespace {
 
 constexpr double kLargestCoordinate_m = 1e8;  // no projected CRS has larger ones
 
-// As far around the footprint as it is wide: on level ground the frame shows another place than on
-// the true one.
+// Level ground that extends beyond the footprint by its width: the frame shows another area on it
+// than on the true ground.
 std::optional<GroundSurface> LevelGround(const std::vector<Eigen::Vector3d>& footprint_m) {
   Bounds bounds = Bounds::OfNothing();
   double height_m = 0;

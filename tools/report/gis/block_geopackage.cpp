@@ -265,8 +265,8 @@ void WriteTies(const AdjustmentResult& adjusted, NewGeopackage* file) {
   }
 }
 
-// Program and inputs of run.json; without its times, and how it was called, the same block gives
-// the same file.
+// Writes program and inputs of run.json, but neither its times nor its command line, so that the
+// same block gives the same file.
 void DescribeRuns(const std::string& directory, NewGeopackage* file) {
   std::map<std::string, std::string> items;
   for (const auto& [stage, run] : ReadRunRecords(directory))

@@ -77,7 +77,7 @@ Contents ReadGeopackage(const fs::path& directory) {
   return contents;
 }
 
-// A folder that the machine does not list is not one without orthophotos.
+// A folder that cannot be listed must not pass for one without orthophotos.
 void ThrowIfOfEnvironment(const std::error_code& error, const fs::path& path) {
   if (IsOfEnvironment(error.value()))
     throw EnvironmentError(fmt::format("cannot read {}: {}", path.string(), error.message()));
@@ -90,7 +90,7 @@ bool IsThere(const fs::path& path) {
   return there;
 }
 
-// The mosaic, or without one the orthophotos, are what the map lies on.
+// The mosaic or, without one, the orthophotos form the background of the map.
 void AddOrthophotos(const fs::path& directory, Contents* contents) {
   const fs::path folder = directory / "ortho";
   if (IsThere(folder / "seamlines.gpkg"))
@@ -164,12 +164,12 @@ std::string Zipped(const std::string& name, const std::string& contents, const s
   return zipped;
 }
 
-// One that was changed in QGIS is its user's: QGIS dates what it saves.
+// A project changed in QGIS belongs to its user: QGIS dates what it saves.
 bool WasSavedByQgis(const std::string& path) {
   const QuietGdal quiet;
   VSILFILE* file = VSIFOpenL(("/vsizip/{" + path + "}").c_str(), "rb");
   quiet.ThrowFaults();
-  if (file == nullptr) return true;  // none of ours
+  if (file == nullptr) return true;  // not one of ours
   std::string beginning(4096, '\0');
   beginning.resize(VSIFReadL(beginning.data(), 1, beginning.size(), file));
   VSIFCloseL(file);
