@@ -9,7 +9,7 @@
 
 #include "block/held_to_control.h"
 #include "block/inputs/block_files.h"
-#include "block/inputs/persons_word.h"
+#include "block/inputs/measurement_inputs.h"
 #include "block/inputs/same_images.h"
 #include "block/stages/adjustment_stage.h"
 #include "block/stages/exterior_inputs.h"
@@ -139,7 +139,7 @@ void Adjust(const BlockInputs& inputs, const std::vector<TieRecord>& ties,
                                inputs.Block().patchdb,
                                settings,
                                inputs.Approximations().Observations(),
-                               &inputs.Said()};
+                               &inputs.ManualMeasurements()};
   JudgedBlock judged = AdjustAndJudge(given, inputs.Approximations().Stated());
   block->results = std::move(judged.results);
   block->findings.insert(block->findings.end(), judged.findings.begin(), judged.findings.end());
@@ -195,7 +195,7 @@ void AddUnusable(const BlockInputs& inputs, OrientedBlock* block) {
 void NameUnknownMeasurements(const BlockInputs& inputs, OrientedBlock* block) {
   std::vector<std::string> photos = PhotoNames(inputs.Block().photos);
   for (const UnusablePhoto& photo : inputs.Block().unusable) photos.push_back(photo.name);
-  if (auto unknown = UnknownPhotos(inputs.Said(), photos))
+  if (auto unknown = UnknownPhotos(inputs.ManualMeasurements(), photos))
     block->findings.push_back(*std::move(unknown));
 }
 
@@ -220,11 +220,11 @@ OrientedBlock Orient(const BlockInputs& inputs, const BlockFolder& folder,
     OrientByNeighbours(inputs, folder, listener, &block);
     const GroundSurface surface = SurfaceUnder(inputs.Block(), block.photos);
     const auto ties = MeasureTies(inputs, folder, surface, listener, &block);
-    if (!ties.empty() || JoinsPhotos(inputs.Said(), Posed(block.photos)))
+    if (!ties.empty() || JoinsPhotos(inputs.ManualMeasurements(), Posed(block.photos)))
       Adjust(inputs, ties, surface, &block);
   }
   if (!block.adjusted) TakeOwnResults(inputs, &block);
-  for (ExteriorResult& result : block.results) ApplyVerdict(inputs.Said(), &result);
+  for (ExteriorResult& result : block.results) ApplyVerdict(inputs.ManualMeasurements(), &result);
   ForgetStages(&block.results);
   AddUnusable(inputs, &block);
   TakeRemarks(inputs, &block);

@@ -37,10 +37,11 @@ std::string FlightText(const FlightPlan& flight) {
 
 BlockInputs::BlockInputs(BlockRunOptions options, Patches patches)
     : options_(std::move(options)), camera_(ReadCameraFile(options_.block.camera)) {
-  if (!options_.block.measurements.empty()) said_ = ReadMeasurements(options_.block.measurements);
+  if (!options_.block.measurements.empty())
+    measurements_ = ReadMeasurements(options_.block.measurements);
   if (IsFilm()) marks_ = LoadMarkShapes(camera_);
   const BlockFile& block = options_.block;
-  approximations_ = std::make_unique<BlockApproximations>(block, camera_.camera, said_);
+  approximations_ = std::make_unique<BlockApproximations>(block, camera_.camera, measurements_);
   if (patches == Patches::kThere) RequireCrsOfPatches(block.patchdb, block.crs);
   DecideOnTheEarth();
   shared_ = {{"method", kMethod},
@@ -67,7 +68,7 @@ InteriorRunOptions BlockInputs::Interior() const {
   options.camera = block.camera;
   options.out = block.output_directory;
   options.scan = {block.pixel_size_um, block.polarity, block.orientation};
-  options.measurements = said_;
+  options.measurements = measurements_;
   options.resume = options_.resume;
   options.redo_changed = true;
   options.jobs = options_.jobs;
@@ -81,7 +82,7 @@ ExteriorRunOptions BlockInputs::Exterior(const std::string& directory) const {
   options.camera = block.camera;
   options.approximations = block.approximations;
   options.table = approximations_->Table();
-  options.measurements = said_;
+  options.measurements = measurements_;
   options.dem = block.dem;
   options.patchdb = block.patchdb;
   options.out = directory;

@@ -44,7 +44,9 @@ class BlockInputs {
   const CameraFile& Camera() const { return camera_; }
   const interior::MarkShapes& Marks() const { return marks_; }  // empty for a digital camera
   bool IsFilm() const { return camera_.camera.kind == CameraKind::kFilm; }
-  const Measurements& Said() const { return said_; }  // what people measured and decided
+  const Measurements& ManualMeasurements() const {
+    return measurements_;
+  }  // what people measured and decided
   // Updated as photos are oriented.
   BlockApproximations& Approximations() const { return *approximations_; }
   // What all photos' results are made from: camera with the earth in its lens, DEM, CRS, flight ...
@@ -58,7 +60,7 @@ class BlockInputs {
   void DecideOnTheEarth();
 
   BlockRunOptions options_;
-  Measurements said_;
+  Measurements measurements_;
   CameraFile camera_;
   interior::MarkShapes marks_;
   std::optional<double> earth_k1_;  // in camera_ since it is decided

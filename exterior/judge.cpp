@@ -19,7 +19,7 @@ constexpr double kSpreadForOk = 0.03;  // share of the photo over which the matc
 // lie on the other, and it is open which the pose should follow. Correct poses reach 0.52.
 constexpr double kMostOfOneSource = 0.6;
 
-std::string Told(const ResidualTrend& trend) {
+std::string TrendText(const ResidualTrend& trend) {
   const auto of_kind = [&] {
     switch (trend.kind) {
       case TrendKind::kShift:
@@ -122,7 +122,7 @@ Findings Judge(const JudgedPose& pose) {
     findings.push_back({.reason = Reason::kResidualTrend,
                         .at_best = trend.rms_px > most_px ? Status::kWeak : Status::kOk,
                         .value = trend.rms_px,
-                        .where = Told(trend)});
+                        .where = TrendText(trend)});
   }
   return findings;
 }

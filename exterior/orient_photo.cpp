@@ -37,7 +37,7 @@ double RmsPx(const PoseEstimate& estimate) {
   return std::sqrt(sum / std::max(estimate.used, 1));
 }
 
-LoopRound Told(const PreciseRound& round) {
+LoopRound RoundSummary(const PreciseRound& round) {
   return {static_cast<int>(round.predictions.size()), round.estimate->used, round.window_px,
           RmsPx(*round.estimate)};
 }
@@ -79,7 +79,7 @@ std::vector<PreciseRound> Refine(const PhotoTask& task, PoseTrack* track) {
       break;
     }
     const double distorted_px = LargestDistortion(task, round);
-    track->rounds.push_back(Told(round));
+    track->rounds.push_back(RoundSummary(round));
     track->pose = round.estimate->pose;
     track->covariance = round.estimate->covariance;
     rounds.push_back(std::move(round));
@@ -211,7 +211,8 @@ double Target_m(const PhotoTask& task, const PreciseRound& round, const PhotoVie
   for (const PatchPrediction& p : round.predictions)
     resolutions_m.push_back(task.patches[p.patch].gsd_m);
   const double by_heights_m =
-      ground_pixel_m * WorstProjectionSigma(view, round.estimate->of_common_heights, height_m);
+      ground_pixel_m *
+      WorstProjectionSigma(view, round.estimate->common_height_covariance, height_m);
   return std::hypot(std::max(ground_pixel_m, 0.5 * Median(std::move(resolutions_m))), by_heights_m);
 }
 
@@ -301,9 +302,9 @@ std::optional<SettledPose> FoundBeyond(const PhotoTask& task, bool at_edge) {
   return found;
 }
 
-ExteriorResult Told(const PhotoTask& task, SettledPose pose) {
+ExteriorResult ResultOf(const PhotoTask& task, SettledPose pose) {
   const PreciseRound round = Complete(task, pose.track, pose.Last());
-  pose.track.rounds.push_back(Told(round));
+  pose.track.rounds.push_back(RoundSummary(round));
   ExteriorResult result;
   result.photo = task.photo.name;
   result.pose = round.estimate->pose;
@@ -372,8 +373,8 @@ ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
   if (!options.wide && MayBeARepetition(pose))
     if (auto beyond = FoundBeyond(task, settled.estimate->prior_chi2 > kChi2AtEdge);
         beyond && beyond->matches.agreeing > pose.matches.agreeing)
-      return Told(task, *std::move(beyond));
-  return Told(task, std::move(pose));
+      return ResultOf(task, *std::move(beyond));
+  return ResultOf(task, std::move(pose));
 }
 
 }  // namespace orient::exterior

@@ -130,7 +130,7 @@ JudgedFilm JudgeReading(const Raster& scan, const CameraFile& camera, const Mark
   Add(findings, &result);
   if (result.status != Status::kFailed) {
     std::vector<std::string> perhaps_wrong;
-    for (const size_t i : PerhapsWrong(reading, judged.marks))
+    for (const size_t i : SuspectMarks(reading, judged.marks))
       perhaps_wrong.push_back(camera.fiducials[i].id);
     Add(JudgeRejected(perhaps_wrong), &result);
   }
@@ -161,7 +161,8 @@ InteriorResult WithOrientationGiven(const Raster& scan, const CameraFile& camera
   InteriorResult result = judged.result;
   result.possible_orientations = {orientation};
   result.orientation = orientation;
-  const OrientationClass alike = WaysAlike(camera.fiducials, shapes, orientation);
+  const OrientationClass alike =
+      IndistinguishableOrientations(camera.fiducials, shapes, orientation);
   Add(CheckByLayout(alike, VoteOfLayout(camera, reading, judged.marks, alike, options.scanner)),
       &result);
   const auto votes = VotesOfFilm(scan, camera, shapes, result, alike);

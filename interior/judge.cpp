@@ -50,7 +50,7 @@ Findings JudgeFilm(const FilmReading& reading, const FilmTransform& film) {
 }
 
 // With a wrongly stated polarity no marks are found, or clutter of that polarity that fits.
-std::optional<Finding> WhyOtherPolarity(const FilmReading& reading) {
+std::optional<Finding> PolarityContradicted(const FilmReading& reading) {
   if (reading.polarity_margin > -kSureNats) return std::nullopt;
   const Polarity seen =
       reading.polarity == Polarity::kPositive ? Polarity::kNegative : Polarity::kPositive;
@@ -105,7 +105,7 @@ Findings Judge(const FilmReading& reading, const FilmMarks& marks,
   const int used = Count(marks, MarkState::kUsed);
   const double nats = NatsOfUsed(reading, marks);
   Findings findings;
-  if (const auto other = WhyOtherPolarity(reading)) findings.push_back(*other);
+  if (const auto other = PolarityContradicted(reading)) findings.push_back(*other);
   if (const auto why = WhyNotThere(reading, used, nats, SomeOf(unused))) {
     for (Finding& cause : findings) cause.at_best = Status::kFailed;
     findings.push_back(*why);

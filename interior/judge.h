@@ -23,7 +23,7 @@ double NatsOfUsed(const FilmReading& reading, const FilmMarks& marks);
 Findings Judge(const FilmReading& reading, const FilmMarks& marks,
                const std::optional<FilmTransform>& film, const std::vector<std::string>& unused);
 
-// Weak if one of these used marks may be wrong instead of a rejected one (PerhapsWrong).
+// Weak if one of these used marks may be wrong instead of a rejected one (SuspectMarks).
 std::optional<Finding> JudgeRejected(const std::vector<std::string>& perhaps_wrong);
 
 // Weak: the marks may be those of a smaller or larger camera than the one named (squares of four

@@ -39,7 +39,7 @@ class Steps : public ProgressWatcher {
   Steps(const Steps&) = delete;
   Steps& operator=(const Steps&) = delete;
 
-  void Heard(const std::string& task, int done, int total) override {
+  void OnProgress(const std::string& task, int done, int total) override {
     const std::lock_guard lock(mutex_);
     if (stop_) throw Stopped();
     steps_.push_back({task, done, total});

@@ -37,13 +37,14 @@ class FindingsAbout {
   Findings All() {
     for (const BlockPart& part : result_.parts)
       if (part.finding && !IsSaid(*part.finding)) findings_.push_back(*part.finding);
-    SayControl();
-    SayGnss();
-    SayApproximations();
-    SayOf(PhotosThat(
-              [](const AdjustedPhoto& photo) { return photo.state == PhotoState::kUndetermined; }),
-          Reason::kPhotosUndetermined);
-    if (result_.converged) SayDistancesLeftOpen();
+    ReportControl();
+    ReportGnss();
+    ReportApproximations();
+    ReportPhotos(PhotosThat([](const AdjustedPhoto& photo) {
+                   return photo.state == PhotoState::kUndetermined;
+                 }),
+                 Reason::kPhotosUndetermined);
+    if (result_.converged) ReportDistancesLeftOpen();
     return std::move(findings_);
   }
 
@@ -62,16 +63,16 @@ class FindingsAbout {
     return photos;
   }
 
-  void Say(Reason reason, std::optional<double> value, std::optional<double> limit = {}) {
+  void Report(Reason reason, std::optional<double> value, std::optional<double> limit = {}) {
     findings_.push_back({.reason = reason, .value = value, .limit = limit});
   }
-  void SayOf(const std::vector<std::size_t>& photos, Reason reason);
-  void SayWorseThanStated(double variance_factor, Reason reason, std::string where = {});
-  void SayShiftOfGnss();
-  void SayControl();
-  void SayGnss();
-  void SayApproximations();
-  void SayDistancesLeftOpen();
+  void ReportPhotos(const std::vector<std::size_t>& photos, Reason reason);
+  void ReportWorseThanStated(double variance_factor, Reason reason, std::string where = {});
+  void ReportShiftOfGnss();
+  void ReportControl();
+  void ReportGnss();
+  void ReportApproximations();
+  void ReportDistancesLeftOpen();
 
   const BlockToAdjust& block_;
   GnssModel gnss_;
@@ -80,7 +81,7 @@ class FindingsAbout {
 };
 
 // Adds a finding that names the photos, if there are any.
-void FindingsAbout::SayOf(const std::vector<std::size_t>& photos, Reason reason) {
+void FindingsAbout::ReportPhotos(const std::vector<std::size_t>& photos, Reason reason) {
   if (photos.empty()) return;
   findings_.push_back({.reason = reason,
                        .value = static_cast<double>(photos.size()),
@@ -88,56 +89,57 @@ void FindingsAbout::SayOf(const std::vector<std::size_t>& photos, Reason reason)
 }
 
 // Adds a finding with the ratio of actual to stated standard deviation, if it is too large.
-void FindingsAbout::SayWorseThanStated(double variance_factor, Reason reason, std::string where) {
+void FindingsAbout::ReportWorseThanStated(double variance_factor, Reason reason,
+                                          std::string where) {
   const double factor = std::sqrt(variance_factor);
   if (factor < kTooMuchWorse) return;
-  Say(reason, factor, kTooMuchWorse);
+  Report(reason, factor, kTooMuchWorse);
   findings_.back().where = std::move(where);
 }
 
 // Adds a finding if control contradicts a shift common to all GNSS positions.
-void FindingsAbout::SayShiftOfGnss() {
+void FindingsAbout::ReportShiftOfGnss() {
   if (!result_.converged) return;
   for (const StripGnss& strip : result_.strips) {
     if (!strip.of_all) continue;
-    Say(Reason::kGnssPerhapsOfAnotherDatum, strip.used, strip.observed);
+    Report(Reason::kGnssPerhapsOfAnotherDatum, strip.used, strip.observed);
     findings_.back().where = fmt::format("dx {:.2f} dy {:.2f} dz {:.2f} m", strip.shift_m[0],
                                          strip.shift_m[1], strip.shift_m[2]);
   }
 }
 
-void FindingsAbout::SayControl() {
-  SayWorseThanStated(result_.factors.control, Reason::kControlWorseThanStated);
+void FindingsAbout::ReportControl() {
+  ReportWorseThanStated(result_.factors.control, Reason::kControlWorseThanStated);
 }
 
-void FindingsAbout::SayGnss() {
+void FindingsAbout::ReportGnss() {
   const bool plain = gnss_ == GnssModel::kPlain;
   const auto observed =
       PhotosThat([](const AdjustedPhoto& photo) { return photo.gnss_residual_m.has_value(); });
   const auto rejected = PhotosThat([](const AdjustedPhoto& photo) { return photo.gnss_rejected; });
   if (plain && observed.size() > 1 && rejected.size() == observed.size())
-    Say(Reason::kGnssDisagreesEverywhere, static_cast<double>(observed.size()));
+    Report(Reason::kGnssDisagreesEverywhere, static_cast<double>(observed.size()));
   else
-    SayOf(rejected, Reason::kGnssRejected);
+    ReportPhotos(rejected, Reason::kGnssRejected);
   if (rejected.size() < observed.size())
-    SayWorseThanStated(result_.factors.gnss, Reason::kGnssWorseThanStated);
-  SayShiftOfGnss();
+    ReportWorseThanStated(result_.factors.gnss, Reason::kGnssWorseThanStated);
+  ReportShiftOfGnss();
 }
 
-void FindingsAbout::SayApproximations() {
+void FindingsAbout::ReportApproximations() {
   const auto rejected = PhotosThat([](const AdjustedPhoto& photo) { return photo.prior_rejected; });
-  SayOf(rejected, Reason::kApproximationsRejected);
+  ReportPhotos(rejected, Reason::kApproximationsRejected);
   const auto observed = std::count_if(
       block_.photos.begin(), block_.photos.end(),
       [](const BlockPhoto& photo) { return photo.prior && !StatedElements(*photo.prior).empty(); });
   if (std::ssize(rejected) < observed)
-    SayWorseThanStated(result_.factors.approximations, Reason::kApproximationsWorseThanStated,
-                       ", and their weight as observations is reduced accordingly.");
+    ReportWorseThanStated(result_.factors.approximations, Reason::kApproximationsWorseThanStated,
+                          ", and their weight as observations is reduced accordingly.");
 }
 
 // An error of the principal distance that the block cannot detect goes into its flying heights.
 // If GNSS fixes these, both are determined about equally well.
-void FindingsAbout::SayDistancesLeftOpen() {
+void FindingsAbout::ReportDistancesLeftOpen() {
   if (result_.calibration.empty()) return;
   constexpr double kMuchMore = 3;
   const std::vector<double> ground_m = MeanGroundHeights(block_, result_);
@@ -151,7 +153,7 @@ void FindingsAbout::SayDistancesLeftOpen() {
         continue;
       const double height_m = photo.pose.position_m.z() - ground_m[i];
       if (share * height_m <= kMuchMore * std::sqrt(photo.covariance(2, 2))) continue;
-      Say(Reason::kDistanceLeftOpen, parameter.sigma);
+      Report(Reason::kDistanceLeftOpen, parameter.sigma);
       break;
     }
   }

@@ -258,11 +258,12 @@ void JoinedSubBlocks::FillParts() {
     result_.parts.push_back(std::move(parts_[part]));
     result_.parts.back().photos = std::move(core_of_part_[part]);
   }
-  for (const auto& [root, together] : connected) TellOfConnected(together, connected.size() == 1);
+  for (const auto& [root, together] : connected)
+    ReportConnectedParts(together, connected.size() == 1);
 }
 
 // Adds the findings for parts of sub-blocks that are connected with one another.
-void JoinedSubBlocks::TellOfConnected(const std::vector<std::size_t>& together, bool only) {
+void JoinedSubBlocks::ReportConnectedParts(const std::vector<std::size_t>& together, bool only) {
   BlockPart all;
   std::set<std::optional<Reason>> lacking;
   for (const std::size_t part : together) {

@@ -64,7 +64,7 @@ class JoinedSubBlocks {
   void DropSightingsOfUnadjusted();
   bool IsTie(std::size_t point) const;
   void FillParts();
-  void TellOfConnected(const std::vector<std::size_t>& together, bool only);
+  void ReportConnectedParts(const std::vector<std::size_t>& together, bool only);
   void FillComponents();
   SubBlockSummary Compared() const;
 

@@ -8,7 +8,7 @@
 #include <set>
 
 #include "block/inputs/approximations.h"
-#include "block/inputs/persons_word.h"
+#include "block/inputs/measurement_inputs.h"
 #include "block/inputs/photo_metadata.h"
 #include "block/inputs/strip_geometry.h"
 #include "core/base/error.h"
@@ -30,7 +30,7 @@ double PositionSigma(const OrientationRow& row) { return row.sigma->head<2>().ma
 
 }  // namespace
 
-bool TeachesStrip(const ExteriorResult& result, const OrientationRow* before) {
+bool LocatesStrip(const ExteriorResult& result, const OrientationRow* before) {
   constexpr double kMostSigmas = 5;
   if (!result.pose || !result.covariance || result.status == Status::kFailed) return false;
   if (result.status == Status::kOk) return true;
@@ -43,7 +43,7 @@ bool TeachesStrip(const ExteriorResult& result, const OrientationRow* before) {
 }
 
 BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& camera,
-                                         const Measurements& said)
+                                         const Measurements& measurements)
     : block_(block), camera_(camera) {
   if (!block.approximations.empty()) ReadTable();
   const std::vector<OrientationRow> gnss = ReadGnss(block, &remarks_);
@@ -53,7 +53,7 @@ BlockApproximations::BlockApproximations(const BlockFile& block, const Camera& c
   observations_ = ObservationsOf(block, stated_, gnss);
   AddGnssPositions(gnss, &known_);
   ReadFiles();
-  TakeSaid(said);
+  ApplyMeasurements(measurements);
   std::set<std::string> photos;
   for (const std::string& path : block.photos) photos.insert(PhotoName(path));
   NameAbsentOfStrips(block.flight, photos, &remarks_);
@@ -117,7 +117,7 @@ void BlockApproximations::ReadFiles() {
 }
 
 // Takes positions given by a person; a strip that locates the photo adds angles and height.
-void BlockApproximations::TakeSaid(const Measurements& said) {
+void BlockApproximations::ApplyMeasurements(const Measurements& measurements) {
   std::set<std::string> in_strips, known;
   for (const FlightStrip& strip : block_.flight.strips)
     in_strips.insert(strip.photos.begin(), strip.photos.end());
@@ -128,9 +128,9 @@ void BlockApproximations::TakeSaid(const Measurements& said) {
   std::vector<std::string> photos;
   for (const std::string& path : block_.photos) {
     const std::string photo = PhotoName(path);
-    const auto position = said.PositionOf(photo);
+    const auto position = measurements.PositionOf(photo);
     if (position && strips_are_located && in_strips.contains(photo) && !known.contains(photo))
-      said_[photo] = *position;
+      decided_positions_[photo] = *position;
     else
       photos.push_back(photo);
   }
@@ -142,8 +142,9 @@ void BlockApproximations::TakeSaid(const Measurements& said) {
     return HeightOver(SurfaceAround(block_.dem, block_.crs, {row}, *flying_height_m),
                       row.pose.position_m, *flying_height_m);
   };
-  TakePositionsSaid(said, photos, {block_.position_sigma_m, block_.attitude_sigma_rad, {}},
-                    height_at, &known_);
+  ApplyDecidedPositions(measurements, photos,
+                        {block_.position_sigma_m, block_.attitude_sigma_rad, {}}, height_at,
+                        &known_);
 }
 
 OrientationRow BlockApproximations::WithSigma(OrientationRow row) const {
@@ -195,7 +196,7 @@ void BlockApproximations::Fill() {
   const double ground_m = GroundUnder(located);
   std::vector<OrientationRow> filled = FillStrips(block_.flight, located, camera_, ground_m);
   for (OrientationRow& row : filled) {
-    if (const auto at = said_.find(row.photo); at != said_.end()) {
+    if (const auto at = decided_positions_.find(row.photo); at != decided_positions_.end()) {
       row.pose.position_m.head<2>() = at->second.ground_m;
       if (row.sigma) row.sigma->head<2>().setConstant(at->second.sigma_m);
     }
@@ -215,7 +216,7 @@ void BlockApproximations::Learn(const std::vector<ExteriorResult>& results) {
   for (const ExteriorResult& result : results) {
     std::optional<OrientationRow> before;
     if (const auto* row = table_.Find(result.photo)) before = WithSigma(*row);
-    if (!TeachesStrip(result, before ? &*before : nullptr)) continue;
+    if (!LocatesStrip(result, before ? &*before : nullptr)) continue;
     OrientationRow row;
     row.photo = result.photo;
     row.pose = *result.pose;

@@ -19,14 +19,15 @@ namespace orient::block {
 // Whether a result may locate the other photos of its strip: one that is ok, or a weak one within 5
 // sigma of the approximation `before` (null: there was none; with its sigma) that it was found
 // from.
-bool TeachesStrip(const ExteriorResult& result, const OrientationRow* before);
+bool LocatesStrip(const ExteriorResult& result, const OrientationRow* before);
 
 class BlockApproximations {
  public:
   // Reads the table and, for photos it lacks, GNSS and the photos' files; a position given by a
   // person takes precedence. Throws InputError for a table that cannot be read, and for
   // strips of which no photo is located.
-  BlockApproximations(const BlockFile& block, const Camera& camera, const Measurements& said = {});
+  BlockApproximations(const BlockFile& block, const Camera& camera,
+                      const Measurements& measurements = {});
 
   // Has a row for every photo of which anything is known.
   const OrientationTable& Table() const { return table_; }
@@ -40,7 +41,7 @@ class BlockApproximations {
   // Observations of poses for the adjustment.
   const PoseObservations& Observations() const { return observations_; }
 
-  // Photos that are oriented locate the others of their strips; those that may not (TeachesStrip)
+  // Photos that are oriented locate the others of their strips; those that may not (LocatesStrip)
   // are passed over.
   void Learn(const std::vector<ExteriorResult>& results);
 
@@ -52,7 +53,7 @@ class BlockApproximations {
   std::set<std::string> PhotosAndPlaces() const;
   void ReadTable();
   void ReadFiles();
-  void TakeSaid(const Measurements& said);
+  void ApplyMeasurements(const Measurements& measurements);
   void Fill();
   OrientationRow WithSigma(OrientationRow row) const;
   double GroundUnder(const std::vector<OrientationRow>& rows) const;
@@ -62,7 +63,8 @@ class BlockApproximations {
   std::vector<OrientationRow> known_;               // of the block's photos, by table or file
   std::map<std::string, OrientationRow> oriented_;  // since then
   std::set<std::string> computed_heights_;          // of known_, which the table lacks
-  std::map<std::string, SaidPosition> said_;        // of photos that their strips locate, too
+  std::map<std::string, DecidedPosition>
+      decided_positions_;  // of photos that their strips locate, too
   PosePriors stated_;
   PoseObservations observations_;
   OrientationTable table_;                           // known_ and what fills the strips

@@ -66,8 +66,8 @@ class Photos : public HarvestSources {
     const Pose& pose = RowOf(photos_.paths[source]).pose;
     PhotoView view{photos_.camera.camera, interior.photo_from_pixel, pose,
                    interior.film_correction};
-    view.camera = OverEarth(view.camera, photos_.earth, pose.position_m.z(), surface.MeanHeight(),
-                            view.PixelSize());
+    view.camera = WithEarthEffects(view.camera, photos_.earth, pose.position_m.z(),
+                                   surface.MeanHeight(), view.PixelSize());
     return view;
   }
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "block/inputs/digest.h"
-#include "block/inputs/persons_word.h"
+#include "block/inputs/measurement_inputs.h"
 #include "core/base/error.h"
 
 namespace orient::block {

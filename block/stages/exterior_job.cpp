@@ -10,7 +10,7 @@
 #include "block/inputs/approximations.h"
 #include "block/inputs/block_files.h"
 #include "block/inputs/height_check.h"
-#include "block/inputs/persons_word.h"
+#include "block/inputs/measurement_inputs.h"
 #include "block/inputs/scan_interior.h"
 #include "block/pictures/patch_sheet.h"
 #include "block/pictures/scan_overview.h"
@@ -344,7 +344,7 @@ ExteriorResult OrientFromFiles(const ExteriorSetting& setting, const std::string
   } catch (const InputError& error) {
     return Failed(PhotoName(path), Because(Reason::kPhotoUnusable, error.what()));
   } catch (const std::exception& error) {
-    RethrowOfEnvironment();
+    RethrowIfMachineFault();
     return Failed(PhotoName(path),
                   Because(Reason::kPhotoUnusable,
                           std::string("internal error, please report it: ") + error.what()));

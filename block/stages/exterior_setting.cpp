@@ -6,7 +6,7 @@
 #include "block/inputs/block_camera.h"
 #include "block/inputs/film_pixel.h"
 #include "block/inputs/mark_shapes.h"
-#include "block/inputs/persons_word.h"
+#include "block/inputs/measurement_inputs.h"
 #include "core/base/date.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
@@ -138,9 +138,10 @@ CameraFile CameraOfRun(const ExteriorRunOptions& options) {
 OrientationTable TableOfRun(const ExteriorRunOptions& options) {
   if (options.table) return *options.table;
   OrientationTable table = TableOfFile(options);
-  TakePositionsSaid(options.measurements, PhotoNames(options.photos),
-                    {options.position_sigma_m, options.attitude_sigma_rad, options.kappa_sigma_rad},
-                    {}, &table.rows);
+  ApplyDecidedPositions(
+      options.measurements, PhotoNames(options.photos),
+      {options.position_sigma_m, options.attitude_sigma_rad, options.kappa_sigma_rad}, {},
+      &table.rows);
   return table;
 }
 
@@ -156,11 +157,12 @@ ExteriorSetting SettingOf(const ExteriorRunOptions& options, CameraFile camera,
   const double pixel_mm = camera.camera.kind == CameraKind::kDigital
                               ? DigitalPhotoFromPixel(camera.camera).A(0, 0)
                               : FilmPixel_mm(camera.camera, options.photos).value_or(kFilmPixel_mm);
-  camera.camera = options.earth_k1
-                      ? WithEarth(camera.camera, *options.earth_k1)
-                      : OverEarth(camera.camera, options.earth,
-                                  FlyingHeight(table, options, camera.camera, pixel_mm, ground_m),
-                                  ground_m, pixel_mm);
+  camera.camera =
+      options.earth_k1
+          ? WithEarth(camera.camera, *options.earth_k1)
+          : WithEarthEffects(camera.camera, options.earth,
+                             FlyingHeight(table, options, camera.camera, pixel_mm, ground_m),
+                             ground_m, pixel_mm);
   const double added_k1 = options.earth_k1.value_or(camera.camera.earth_k1 - own_k1);
   return {options, std::move(camera),  added_k1,    std::move(marks), std::move(table),
           crs,     std::move(surface), std::nullopt};
@@ -229,7 +231,7 @@ std::optional<std::string> ExteriorRunOptions::Check() const {
   if (flying_height_m && !(*flying_height_m > 0 && *flying_height_m <= kHighestFlight_m))
     return "flying-height-m must be positive and at most 30000";
   if (target_m && !(*target_m > 0)) return "target-m must be positive";
-  if (date && !WhyNoDate(*date).empty()) return WhyNoDate(*date);
+  if (date && !DateProblem(*date).empty()) return DateProblem(*date);
   if (principal_distance_sigma_mm && !(*principal_distance_sigma_mm > 0))
     return "principal-distance-sigma-mm must be positive";
   if (jobs < 0) return "jobs must not be negative";

@@ -11,7 +11,7 @@
 #include "block/inputs/camera_library.h"
 #include "block/inputs/digest.h"
 #include "block/inputs/mark_shapes.h"
-#include "block/inputs/persons_word.h"
+#include "block/inputs/measurement_inputs.h"
 #include "block/pictures/scan_overview.h"
 #include "block/roll/roll_orientation.h"
 #include "block/stages/interior_outputs.h"
@@ -194,7 +194,7 @@ InteriorResult OrientOne(const InteriorRunOptions& options, const RunCameras& ca
     result.findings = {
         {.reason = Reason::kScanUnusable, .at_best = Status::kFailed, .where = error.what()}};
   } catch (const std::exception& error) {
-    RethrowOfEnvironment();
+    RethrowIfMachineFault();
     result = {};
     result.findings = {{.reason = Reason::kScanUnusable,
                         .at_best = Status::kFailed,

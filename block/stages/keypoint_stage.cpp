@@ -145,7 +145,7 @@ void KeypointStage::Prepare(const Lenders& which, const std::vector<BlockPhotoFi
       try {
         found[k] = Find(photos[absent[k]]);
       } catch (const std::exception&) {  // one that cannot be read shows nothing
-        RethrowOfEnvironment();
+        RethrowIfMachineFault();
       }
     });
   });

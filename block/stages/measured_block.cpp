@@ -9,7 +9,7 @@
 #include <set>
 
 #include "block/bundle/sub_blocks.h"
-#include "block/inputs/persons_word.h"
+#include "block/inputs/measurement_inputs.h"
 #include "block/stages/kappa_start.h"
 #include "core/base/error.h"
 #include "core/base/median.h"

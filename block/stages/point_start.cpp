@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "block/inputs/persons_word.h"
+#include "block/inputs/measurement_inputs.h"
 #include "core/base/chi_square.h"
 #include "core/base/median.h"
 #include "exterior/judge.h"

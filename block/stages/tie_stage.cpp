@@ -64,7 +64,7 @@ Job JobOf(const TieStage& stage, std::size_t owner, const std::vector<std::strin
     } catch (const InputError& error) {
       *failure = error.what();
     } catch (const std::exception& error) {
-      RethrowOfEnvironment();
+      RethrowIfMachineFault();
       *failure = std::string("internal error, please report it: ") + error.what();
     }
   };

@@ -278,7 +278,7 @@ ExteriorResult Final(const AdjustmentInputs& inputs, const AdjustedBlock& adjust
   exterior::RejudgeSources(&result);
   if (!file.by_neighbours) CompareWithAlone(inputs, file, view, height_m, &tied, &result);
   NameRejectedPoints(sightings, &result);
-  LiftImprecision(tied, &result);
+  RejudgePrecision(tied, &result);
   if (file.by_neighbours) {
     const std::string located = file.located_by.empty() ? "" : "; " + file.located_by;
     result.findings.insert(

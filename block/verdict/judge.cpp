@@ -79,7 +79,7 @@ Findings JudgeAgainstOwnPatches(const TiedPhoto& photo) {
   return findings;
 }
 
-void LiftImprecision(const TiedPhoto& photo, ExteriorResult* result) {
+void RejudgePrecision(const TiedPhoto& photo, ExteriorResult* result) {
   if (!(photo.worst_sigma_px <= photo.target_px))
     std::erase_if(result->findings, [](const Finding& finding) {
       return finding.reason == Reason::kPoorlyDetermined;

@@ -40,7 +40,7 @@ Findings JudgeAgainstOwnPatches(const TiedPhoto& photo);
 // due to ties and not only to the same few patches. If the block's is poor, too, only that is
 // reported. Likewise a photo oriented by few measured points, if there is enough other control: if
 // not, that lack is reported instead of what the points alone say about another pose.
-void LiftImprecision(const TiedPhoto& photo, ExteriorResult* result);
+void RejudgePrecision(const TiedPhoto& photo, ExteriorResult* result);
 
 // `adjusted` by GNSS and approximations as observations, too; `held` without them. These make no
 // photo better than it is without.

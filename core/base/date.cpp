@@ -6,7 +6,7 @@
 
 namespace orient {
 
-std::string WhyNoDate(const std::string& date) {
+std::string DateProblem(const std::string& date) {
   constexpr std::string_view kShape = "0000-00-00";  // or its first 4 or 7 characters
   const auto has_shape = [&] {
     for (std::size_t i = 0; i < date.size(); ++i)

@@ -7,6 +7,6 @@ namespace orient {
 
 // Empty for a year, a month or a day in ISO 8601 (1961, 1961-07, 1961-07-30), otherwise what is
 // wrong, in words. Dates are compared as text, so any other format would compare wrongly.
-std::string WhyNoDate(const std::string& date);
+std::string DateProblem(const std::string& date);
 
 }  // namespace orient

@@ -20,7 +20,7 @@ bool IsOfEnvironment(int error) {
   return std::find(kErrors.begin(), kErrors.end(), error) != kErrors.end();
 }
 
-void RethrowOfEnvironment() {
+void RethrowIfMachineFault() {
   try {
     throw;
   } catch (const std::bad_alloc&) {
@@ -39,7 +39,7 @@ void RethrowOfEnvironment() {
   }
 }
 
-void ThrowIfMachineIsShort() {
+void ThrowIfOutOfResources() {
   constexpr std::size_t kModerate = std::size_t{64} << 20;
   void* const volatile memory = std::malloc(kModerate);  // or it would be optimised away
   std::free(memory);

@@ -18,10 +18,10 @@ bool IsOfEnvironment(int error);
 
 // For handlers that turn exceptions into a result: throws EnvironmentError for machine failures,
 // including lack of memory, and returns for all other exceptions.
-void RethrowOfEnvironment();
+void RethrowIfMachineFault();
 
 // After a library failed without saying why: throws EnvironmentError where there is no moderate
 // amount of memory left, or no more files can be opened. Then the input is not to blame.
-void ThrowIfMachineIsShort();
+void ThrowIfOutOfResources();
 
 }  // namespace orient

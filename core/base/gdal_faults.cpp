@@ -68,7 +68,7 @@ class WatchedFile final : public VSIVirtualHandle {
     if (done < count && writes_ && file_->Eof() == 0 && file_->Seek(at, SEEK_SET) == 0)
       done = file_->Read(bytes, size, count);
     if (done < count && remote_ && !IsAtEnd())
-      Patiently([&] {
+      WithRetries([&] {
         auto again = OpenAgain();
         if (again == nullptr || again->Seek(at, SEEK_SET) != 0) return false;
         file_ = std::move(again);
@@ -97,7 +97,7 @@ class WatchedFile final : public VSIVirtualHandle {
     }
     const size_t there = at < remote_size_ ? std::min<vsi_l_offset>(size, remote_size_ - at) : 0;
     if (done < there)
-      Patiently([&] {
+      WithRetries([&] {
         const auto again = OpenAgain();
         if (again != nullptr) done = again->PRead(bytes, size, at);
         return done >= there;
@@ -190,7 +190,7 @@ class WatchedFiles final : public VSIFilesystemHandler {
       error = errno;
       return file != nullptr || !remote_ || !Unanswered();
     };
-    if (!open()) Patiently([&] { return Forget(files_.get(), path), open(); });
+    if (!open()) WithRetries([&] { return Forget(files_.get(), path), open(); });
     const bool writes = std::strpbrk(access, "wa+") != nullptr;
     if (file != nullptr) return new WatchedFile(file, files_.get(), path, writes, remote_);
     if (!remote_) {
@@ -213,7 +213,7 @@ class WatchedFiles final : public VSIFilesystemHandler {
         result = files_->Stat(path, status, flags | VSI_STAT_SET_ERROR_FLAG);
       return result == 0 || !Unanswered();
     };
-    if (!ask() && !Patiently([&] { return Forget(files_.get(), path), ask(); })) {
+    if (!ask() && !WithRetries([&] { return Forget(files_.get(), path), ask(); })) {
       Note("ask for", path, VSIGetLastErrorMsg());
       Forget(files_.get(), path);
     }
@@ -273,7 +273,7 @@ void ForgetRemoteFile(const std::string& path) {
 }
 
 void WatchGdalFiles() {
-  AskPatiently();
+  ConfigureRemoteAccess();
   WatchSqliteFiles(
       [](const char* doing, const char* path, int error) { Note(doing, path, error); });
   // NOLINTNEXTLINE(clang-analyzer-cplusplus.NewDeleteLeaks): handlers are GDAL's once installed
@@ -304,7 +304,7 @@ GdalFaults::GdalFaults()
 
 void GdalFaults::ThrowIfAny() const {
   if (OfThisThread().files > files_before_) throw EnvironmentError(OfThisThread().what);
-  if (OutOfMemory()) ThrowIfMachineIsShort();
+  if (OutOfMemory()) ThrowIfOutOfResources();
 }
 
 bool GdalFaults::OutOfMemory() const { return OfThisThread().memory > memory_before_; }

@@ -80,7 +80,7 @@ std::vector<std::string> RemoteMatches(const std::string& pattern) {
   if (folder.find('*') != std::string::npos)  // [ is allowed: it occurs in addresses, [::1]
     throw InputError(fmt::format("{}: only the last part of an address may hold a pattern",
                                  WithoutSecrets(TypedName(pattern))));
-  AskPatiently();
+  ConfigureRemoteAccess();
   const CPLErrorHandlerPusher quiet(CPLQuietErrorHandler);
   const CPLStringList listed(VSIReadDir(folder.c_str()));
   if (listed.Count() == 0)
@@ -96,7 +96,7 @@ std::vector<std::string> RemoteMatches(const std::string& pattern) {
   return found;
 }
 
-void AskPatiently() {
+void ConfigureRemoteAccess() {
   constexpr std::array<Names, 6> kSettings = {Names{"GDAL_HTTP_MAX_RETRY", "3"},
                                               {"GDAL_HTTP_RETRY_DELAY", "0.5"},
                                               {"GDAL_HTTP_CONNECTTIMEOUT", "20"},

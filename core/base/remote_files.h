@@ -32,13 +32,13 @@ std::vector<std::string> RemoteMatches(const std::string& pattern);
 // Configures GDAL's requests: retry if a server is busy, time out if it does not answer, and fetch
 // nothing twice (128 MB cache). Settings in the environment (GDAL_HTTP_..., CPL_VSIL_CURL_...) take
 // precedence.
-void AskPatiently();
+void ConfigureRemoteAccess();
 
 void PauseBefore(int attempt);
 
 // Calls `attempt` until it returns true, four times at most, with pauses that grow.
 template <typename Attempt>
-bool Patiently(const Attempt& attempt) {
+bool WithRetries(const Attempt& attempt) {
   constexpr int kAttempts = 4;
   for (int i = 0; i < kAttempts; ++i) {
     if (i > 0) PauseBefore(i);

@@ -72,7 +72,7 @@ class MeasuredTable {
   std::optional<double> Sigma(const std::string& meaning) {
     if (Text(meaning).empty()) return std::nullopt;
     const double sigma = Number(meaning);
-    if (const std::string why = WhyNoSigma(sigma); !why.empty())
+    if (const std::string why = SigmaProblem(sigma); !why.empty())
       Fail(meaning, fmt::format("the accuracy is {}; {}", Text(meaning), why));
     return sigma;
   }

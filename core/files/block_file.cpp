@@ -171,7 +171,7 @@ void ReadGnss(const TomlTable& root, const std::string& base, BlockFile* block) 
   gnss.positions = ExistingFile(*table, "positions", base);
   if (table->Has("sigma_m")) {
     gnss.sigma_m = table->PositiveNumber("sigma_m");
-    if (const std::string why = WhyNoSigma(*gnss.sigma_m); !why.empty())
+    if (const std::string why = SigmaProblem(*gnss.sigma_m); !why.empty())
       table->Fail("sigma_m", fmt::format("is {:g}; {}", *gnss.sigma_m, why));
   }
   static const std::map<std::string, GnssModel> models = {
@@ -240,8 +240,8 @@ void ReadControl(const TomlTable& root, const std::string& base, BlockFile* bloc
       (*control.chip_px < 15 || *control.chip_px > 501 || *control.chip_px % 2 == 0))
     table->Fail("chip_px", "must be odd, from 15 to 501");
   control.date = table->FindText("date");
-  if (control.date && !WhyNoDate(*control.date).empty())
-    table->Fail("date", "is " + WhyNoDate(*control.date));
+  if (control.date && !DateProblem(*control.date).empty())
+    table->Fail("date", "is " + DateProblem(*control.date));
   block->control = std::move(control);
   block->patchdb = (fs::path(block->output_directory) / kControlDatabase).string();
 }
@@ -390,8 +390,8 @@ BlockFile ReadBlockFile(const std::string& path) {
   ReadScan(root, &block);
   ReadOrtho(root, &block);
   block.date = root.FindText("date");
-  if (block.date && !WhyNoDate(*block.date).empty())
-    root.Fail("date", "is " + WhyNoDate(*block.date));
+  if (block.date && !DateProblem(*block.date).empty())
+    root.Fail("date", "is " + DateProblem(*block.date));
   if (root.Has("target_m")) block.target_m = root.PositiveNumber("target_m");
   return block;
 }

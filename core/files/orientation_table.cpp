@@ -220,7 +220,7 @@ const TableCell* Written(const Columns& columns, const std::vector<TableCell>& c
 
 double ReadOneSigma(const TableText& text, const TableCell& cell, size_t i) {
   const double value = text.Number(cell, kSigmaColumns[i]);
-  if (const std::string why = WhyNoSigma(value); !why.empty())
+  if (const std::string why = SigmaProblem(value); !why.empty())
     text.Fail(cell, fmt::format("{} is {:g}; {}", kSigmaColumns[i], value, why));
   return i < 3 ? value : RadFromDeg(value);
 }
@@ -251,7 +251,7 @@ std::optional<std::string> ReadDate(const TableText& text, const Columns& column
                                     const std::vector<TableCell>& cells) {
   const TableCell* cell = Written(columns, cells, kDateColumn);
   if (cell == nullptr) return std::nullopt;
-  if (const std::string wrong = WhyNoDate(cell->text); !wrong.empty()) text.Fail(*cell, wrong);
+  if (const std::string wrong = DateProblem(cell->text); !wrong.empty()) text.Fail(*cell, wrong);
   return cell->text;
 }
 

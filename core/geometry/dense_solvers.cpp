@@ -21,7 +21,7 @@ MatrixXd LeastSquares(const MatrixXd& matrix, const MatrixXd& right) {
   return matrix.householderQr().solve(right);
 }
 
-MatrixXd NullSpace(const MatrixXd& matrix) {
+MatrixXd OrthogonalComplement(const MatrixXd& matrix) {
   const MatrixXd q = matrix.householderQr().householderQ();
   return q.rightCols(matrix.rows() - matrix.cols());
 }

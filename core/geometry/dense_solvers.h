@@ -25,6 +25,6 @@ Eigen::MatrixXd InverseOf(const Eigen::MatrixXd& matrix);
 Eigen::MatrixXd LeastSquares(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right);
 
 // An orthonormal basis (columns) of the orthogonal complement of `matrix`'s columns (full rank).
-Eigen::MatrixXd NullSpace(const Eigen::MatrixXd& matrix);
+Eigen::MatrixXd OrthogonalComplement(const Eigen::MatrixXd& matrix);
 
 }  // namespace orient

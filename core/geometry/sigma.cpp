@@ -4,7 +4,7 @@
 
 namespace orient {
 
-std::string WhyNoSigma(double sigma) {
+std::string SigmaProblem(double sigma) {
   constexpr double kLeast = 1e-9, kMost = 1e6;
   if (sigma >= kLeast && sigma <= kMost) return "";
   return fmt::format("it must lie between {:g} and {:.0f}", kLeast, kMost);

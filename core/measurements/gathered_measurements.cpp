@@ -23,7 +23,7 @@ void RequireName(const std::string& where, const std::string& what, const std::s
 }
 
 void RequireSigma(const std::string& where, double sigma) {
-  if (const std::string why = WhyNoSigma(sigma); !why.empty())
+  if (const std::string why = SigmaProblem(sigma); !why.empty())
     throw InputError(fmt::format("{}: the standard deviation is {:g}; {}", where, sigma, why));
 }
 

@@ -23,7 +23,7 @@ class GatheredMeasurements {
   // `where` is "<file>, line <n>". The same once more is taken once. Throws InputError naming both
   // places where a photo's point (a point's ground position) is given with two values, where some
   // image points are in pixels and some in mm, for an empty name, one with a line break, and
-  // where a sigma can be none (WhyNoSigma).
+  // where a sigma can be none (SigmaProblem).
   void Add(const std::string& where, const ImagePointMeasurement& seen);
   void Add(const std::string& where, const GroundPoint& point);
   // A sentence on what was left out or assumed.

@@ -21,17 +21,19 @@ std::string PathIn(const std::string& folder, const char* file) {
   return (fs::path(folder) / file).string();
 }
 
-SaidBy Said(const NamedTable& table) { return {table.Text("by"), table.Text("when")}; }
+Attribution AttributionIn(const NamedTable& table) {
+  return {table.Text("by"), table.Text("when")};
+}
 
 double SigmaIn(const NamedTable& table, const std::string& column) {
   const double sigma = table.Number(column);
-  if (const std::string why = WhyNoSigma(sigma); !why.empty())
+  if (const std::string why = SigmaProblem(sigma); !why.empty())
     table.Fail(column, fmt::format("{} is {}; {}", column, table.Text(column), why));
   return sigma;
 }
 
 // The keys read so far, so that none occurs twice.
-class SaidOnce {
+class UniqueKeys {
  public:
   // Throws InputError at this cell if the key has occurred before.
   void Add(const NamedTable& table, const std::string& column, const std::string& key,
@@ -47,7 +49,7 @@ class SaidOnce {
 std::vector<MarkMeasurement> ReadMarks(const std::string& path) {
   NamedTable table(path, {"photo", "mark", "col", "row", "sigma"}, {"exact", "by", "when"});
   std::vector<MarkMeasurement> marks;
-  SaidOnce once;
+  UniqueKeys once;
   while (table.Next()) {
     MarkMeasurement mark;
     mark.photo = WithoutImageEnding(table.Name("photo"));
@@ -60,7 +62,7 @@ std::vector<MarkMeasurement> ReadMarks(const std::string& path) {
     if (!exact.empty() && exact != "yes" && exact != "no")
       table.Fail("exact", fmt::format("exact is \"{}\"; it must be yes or no", exact));
     mark.exact = exact == "yes";
-    mark.said = Said(table);
+    mark.attribution = AttributionIn(table);
     marks.push_back(std::move(mark));
   }
   return marks;
@@ -75,7 +77,7 @@ std::vector<ImagePointMeasurement> ReadImagePoints(const std::string& path) {
                      ", line 1: give either the columns col,row (pixels of the scan) or x_mm,y_mm "
                      "(photo system)");
   std::vector<ImagePointMeasurement> points;
-  SaidOnce once;
+  UniqueKeys once;
   while (table.Next()) {
     ImagePointMeasurement seen;
     seen.photo = WithoutImageEnding(table.Name("photo"));
@@ -87,7 +89,7 @@ std::vector<ImagePointMeasurement> ReadImagePoints(const std::string& path) {
     else
       seen.photo_mm = {table.Number("x_mm"), table.Number("y_mm")};
     seen.sigma = SigmaIn(table, "sigma");
-    seen.said = Said(table);
+    seen.attribution = AttributionIn(table);
     points.push_back(std::move(seen));
   }
   return points;
@@ -97,7 +99,7 @@ std::vector<GroundPoint> ReadPoints(const std::string& path) {
   NamedTable table(path, {"point", "x", "y", "z", "sigma_x", "sigma_y", "sigma_z", "role"},
                    {"by", "when"});
   std::vector<GroundPoint> points;
-  SaidOnce once;
+  UniqueKeys once;
   while (table.Next()) {
     GroundPoint point;
     point.name = table.Name("point");
@@ -109,7 +111,7 @@ std::vector<GroundPoint> ReadPoints(const std::string& path) {
     if (role != "control" && role != "check")
       table.Fail("role", fmt::format("role is \"{}\"; it must be control or check", role));
     point.role = role == "check" ? PointRole::kCheck : PointRole::kControl;
-    point.said = Said(table);
+    point.attribution = AttributionIn(table);
     points.push_back(std::move(point));
   }
   return points;
@@ -126,15 +128,15 @@ DecisionKind KindIn(const NamedTable& table) {
 std::vector<Decision> ReadDecisions(const std::string& path) {
   NamedTable table(path, {"photo", "decision", "value", "reason"}, {"by", "when"});
   std::vector<Decision> decisions;
-  SaidOnce once;
+  UniqueKeys once;
   while (table.Next()) {
     Decision decision;
     decision.photo = WithoutImageEnding(table.Name("photo"));
     decision.kind = KindIn(table);
     decision.value = table.Text("value");
     decision.reason = table.Text("reason");
-    decision.said = Said(table);
-    if (const std::string why = WhyNoDecision(decision.kind, decision.value); !why.empty())
+    decision.attribution = AttributionIn(table);
+    if (const std::string why = DecisionProblem(decision.kind, decision.value); !why.empty())
       table.Fail("value", fmt::format("the value \"{}\" {}", decision.value, why));
     const bool verdict =
         decision.kind == DecisionKind::kAccept || decision.kind == DecisionKind::kReject;

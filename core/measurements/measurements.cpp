@@ -23,11 +23,11 @@ constexpr std::array<NamedKind, 7> kKinds = {{{DecisionKind::kAccept, "accept"},
                                               {DecisionKind::kPixelSize, "pixel_size"},
                                               {DecisionKind::kPosition, "position"}}};
 
-template <typename Said>
-std::vector<Said> OfPhoto(const std::vector<Said>& all, const std::string& photo) {
-  std::vector<Said> own;
+template <typename Measured>
+std::vector<Measured> OfPhoto(const std::vector<Measured>& all, const std::string& photo) {
+  std::vector<Measured> own;
   std::copy_if(all.begin(), all.end(), std::back_inserter(own),
-               [&](const Said& one) { return one.photo == photo; });
+               [&](const Measured& one) { return one.photo == photo; });
   return own;
 }
 
@@ -40,7 +40,7 @@ std::optional<double> NumberOf(const std::string& text) {
 }
 
 // "X Y SIGMA".
-std::optional<SaidPosition> PositionIn(const std::string& text) {
+std::optional<DecidedPosition> PositionIn(const std::string& text) {
   std::istringstream words(text);
   std::string x, y, sigma, more;
   if (!(words >> x >> y >> sigma) || words >> more) return std::nullopt;
@@ -49,7 +49,7 @@ std::optional<SaidPosition> PositionIn(const std::string& text) {
   if (!east || !north || !sigma_m || !(std::abs(*east) < kFarthest_m) ||
       !(std::abs(*north) < kFarthest_m) || !(*sigma_m > 0 && *sigma_m <= kLargestSigma_m))
     return std::nullopt;
-  return SaidPosition{{*east, *north}, *sigma_m};
+  return DecidedPosition{{*east, *north}, *sigma_m};
 }
 
 std::string TextOfDecisions(const Measurements& measurements, const std::string& photo,
@@ -109,7 +109,7 @@ std::optional<double> Measurements::PixelSizeOf_um(const std::string& photo) con
   return decision ? NumberOf(decision->value) : std::nullopt;
 }
 
-std::optional<SaidPosition> Measurements::PositionOf(const std::string& photo) const {
+std::optional<DecidedPosition> Measurements::PositionOf(const std::string& photo) const {
   const Decision* decision = DecisionOn(photo, DecisionKind::kPosition);
   return decision ? PositionIn(decision->value) : std::nullopt;
 }
@@ -138,7 +138,7 @@ std::string TextOfPoints(const Measurements& measurements, const std::string& ph
   return text;
 }
 
-std::string WhyNoDecision(DecisionKind kind, const std::string& value) {
+std::string DecisionProblem(DecisionKind kind, const std::string& value) {
   switch (kind) {
     case DecisionKind::kAccept:
     case DecisionKind::kReject:
@@ -160,8 +160,8 @@ std::string WhyNoDecision(DecisionKind kind, const std::string& value) {
 }
 
 std::string TextOf(const Decision& decision) {
-  std::string text = decision.said.by.empty() ? "a person" : decision.said.by;
-  if (!decision.said.when.empty()) text += ", " + decision.said.when;
+  std::string text = decision.attribution.by.empty() ? "a person" : decision.attribution.by;
+  if (!decision.attribution.when.empty()) text += ", " + decision.attribution.when;
   if (!decision.reason.empty()) text += ": " + decision.reason;
   return text;
 }

@@ -13,7 +13,7 @@
 namespace orient {
 
 // Who measured or decided it and when, as they wrote it; both may be empty.
-struct SaidBy {
+struct Attribution {
   std::string by, when;
 };
 
@@ -23,7 +23,7 @@ struct MarkMeasurement {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
   double sigma_px = 1;  // of each coordinate
   bool exact = false;   // the click itself counts; nothing is measured around it
-  SaidBy said;
+  Attribution attribution;
 };
 
 // A ground point seen in a photo: on the scan, or in the photo system where another program has
@@ -32,7 +32,7 @@ struct ImagePointMeasurement {
   std::string photo, point;
   std::optional<Eigen::Vector2d> pixel, photo_mm;  // one of them
   double sigma = 1;                                // of each coordinate, pixels or mm
-  SaidBy said = {};
+  Attribution attribution = {};
 };
 
 enum class PointRole { kControl, kCheck };
@@ -43,7 +43,7 @@ struct GroundPoint {
   Eigen::Vector3d ground_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d sigma_m = Eigen::Vector3d::Ones();
   PointRole role = PointRole::kControl;
-  SaidBy said = {};
+  Attribution attribution = {};
 };
 
 enum class DecisionKind {
@@ -64,11 +64,11 @@ struct Decision {
   // "r90", "negative", a camera's name, micrometres, "X Y SIGMA"; empty: accept and reject.
   std::string value;
   std::string reason;
-  SaidBy said;
+  Attribution attribution;
 };
 
 // Roughly where a photo was taken, in the block's CRS.
-struct SaidPosition {
+struct DecidedPosition {
   Eigen::Vector2d ground_m = Eigen::Vector2d::Zero();
   double sigma_m = 1;  // of each coordinate
 };
@@ -89,7 +89,7 @@ struct Measurements {
   std::optional<ScanOrientation> OrientationOf(const std::string& photo) const;
   std::optional<Polarity> PolarityOf(const std::string& photo) const;
   std::optional<double> PixelSizeOf_um(const std::string& photo) const;
-  std::optional<SaidPosition> PositionOf(const std::string& photo) const;
+  std::optional<DecidedPosition> PositionOf(const std::string& photo) const;
 };
 
 inline constexpr const char* kMarksFile = "marks.csv";
@@ -116,7 +116,7 @@ std::string TextOfMarks(const Measurements& measurements, const std::string& pho
 std::string TextOfPoints(const Measurements& measurements, const std::string& photo);
 
 // What is wrong with `value` for a decision of this kind; empty if it is valid.
-std::string WhyNoDecision(DecisionKind kind, const std::string& value);
+std::string DecisionProblem(DecisionKind kind, const std::string& value);
 
 // "J. Smith, 2024-05-01: reason": what findings name.
 std::string TextOf(const Decision& decision);

@@ -33,8 +33,8 @@ std::string Cell(const std::string& text) {
   return bare && quotes ? "\"" + cell + "\"" : cell;
 }
 
-std::string Ending(const SaidBy& said) {
-  return "," + Cell(said.by) + "," + Cell(said.when) + "\n";
+std::string Ending(const Attribution& attribution) {
+  return "," + Cell(attribution.by) + "," + Cell(attribution.when) + "\n";
 }
 
 std::string MarksTable(const std::vector<MarkMeasurement>& marks) {
@@ -42,7 +42,7 @@ std::string MarksTable(const std::vector<MarkMeasurement>& marks) {
   for (const MarkMeasurement& mark : marks)
     text += fmt::format("{},{},{},{},{},{}{}", Cell(mark.photo), Cell(mark.mark),
                         Text(mark.pixel.x()), Text(mark.pixel.y()), Text(mark.sigma_px),
-                        mark.exact ? "yes" : "no", Ending(mark.said));
+                        mark.exact ? "yes" : "no", Ending(mark.attribution));
   return text;
 }
 
@@ -54,7 +54,7 @@ std::string ImagePointsTable(const std::vector<ImagePointMeasurement>& points) {
     const auto& at = in_mm ? seen.photo_mm : seen.pixel;
     if (!at) throw std::invalid_argument("measurements: pixels and millimetres in one table");
     text += fmt::format("{},{},{},{},{}{}", Cell(seen.photo), Cell(seen.point), Text(at->x()),
-                        Text(at->y()), Text(seen.sigma), Ending(seen.said));
+                        Text(at->y()), Text(seen.sigma), Ending(seen.attribution));
   }
   return text;
 }
@@ -65,7 +65,8 @@ std::string PointsTable(const std::vector<GroundPoint>& points) {
     text += fmt::format("{},{},{},{},{},{},{},{}{}", Cell(point.name), Text(point.ground_m.x()),
                         Text(point.ground_m.y()), Text(point.ground_m.z()), Text(point.sigma_m.x()),
                         Text(point.sigma_m.y()), Text(point.sigma_m.z()),
-                        point.role == PointRole::kCheck ? "check" : "control", Ending(point.said));
+                        point.role == PointRole::kCheck ? "check" : "control",
+                        Ending(point.attribution));
   return text;
 }
 
@@ -73,7 +74,7 @@ std::string DecisionsTable(const std::vector<Decision>& decisions) {
   std::string text = "photo,decision,value,reason,by,when\n";
   for (const Decision& one : decisions)
     text += fmt::format("{},{},{},{}{}", Cell(one.photo), Name(one.kind), Cell(one.value),
-                        Cell(one.reason), Ending(one.said));
+                        Cell(one.reason), Ending(one.attribution));
   return text;
 }
 

@@ -50,7 +50,7 @@ Raster Raster::Open(const std::string& path) {
   const CPLConfigOptionSetter direct("GTIFF_DIRECT_IO", "YES", true);
   GDALDatasetUniquePtr dataset = OpenRasterDataset(path);
   if (dataset == nullptr) {
-    ThrowIfMachineIsShort();
+    ThrowIfOutOfResources();
     VSIStatBufL info;
     if (VSIStatExL(path.c_str(), &info, VSI_STAT_EXISTS_FLAG) != 0)
       throw InputError(path + ": no such image; check the path");

@@ -31,7 +31,7 @@ std::optional<OGRSpatialReference> Understand(const std::string& definition) {
   if (crs.SetFromUserInput(definition.c_str(),
                            OGRSpatialReference::SET_FROM_USER_INPUT_LIMITATIONS_get()) !=
       OGRERR_NONE) {
-    ThrowIfMachineIsShort();  // PROJ reads a database of its own
+    ThrowIfOutOfResources();  // PROJ reads a database of its own
     return std::nullopt;
   }
   crs.StripVertical();
@@ -151,7 +151,7 @@ CoordinateTransform CoordinateTransform::Between(const std::string& target_defin
   const QuietGdal quiet;
   auto impl = std::make_unique<Impl>();
   impl->transform.reset(OGRCreateCoordinateTransformation(&source, &target));
-  if (!impl->transform) ThrowIfMachineIsShort();
+  if (!impl->transform) ThrowIfOutOfResources();
   if (!impl->transform)
     throw InputError("there is no transform from the CRS " + Quoted(source.GetName()) + " to " +
                      Quoted(target.GetName()) + quiet.Message());

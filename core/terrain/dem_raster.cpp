@@ -48,7 +48,7 @@ DemRaster::DemRaster(const std::string& path) : path_(path), impl_(std::make_uni
                      "gdal_translate -a_ullr");
   const OGRSpatialReference* crs = impl_->dataset->GetSpatialRef();
   quiet.ThrowFaults();
-  if (crs == nullptr) ThrowIfMachineIsShort();
+  if (crs == nullptr) ThrowIfOutOfResources();
   if (crs == nullptr)
     throw InputError(path + ": the DEM has no CRS; write it, for example with gdal_edit.py -a_srs");
   const char* const options[] = {"FORMAT=WKT2_2019", nullptr};

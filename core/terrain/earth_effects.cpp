@@ -52,8 +52,8 @@ double LargestUnabsorbed(const Camera& camera, double k1) {
   return std::max(left(corner), left(inside));
 }
 
-Camera OverEarth(const Camera& camera, EarthMode mode, double flying_m, double ground_m,
-                 double film_pixel_mm) {
+Camera WithEarthEffects(const Camera& camera, EarthMode mode, double flying_m, double ground_m,
+                        double film_pixel_mm) {
   const double k1 = EarthDistortion(camera.principal_distance_mm, flying_m, ground_m);
   const bool matters =
       LargestUnabsorbed(camera, k1) > kNegligiblePx * PixelSize(camera, film_pixel_mm);

@@ -38,8 +38,8 @@ double LargestUnabsorbed(const Camera& camera, double k1);
 // The camera with its lens changed by the two effects; as it is where the mode says flat, or says
 // auto and they stay below a tenth of a pixel (a digital camera's own; of film, of
 // `film_pixel_mm`).
-Camera OverEarth(const Camera& camera, EarthMode mode, double flying_m, double ground_m,
-                 double film_pixel_mm = kFilmPixel_mm);
+Camera WithEarthEffects(const Camera& camera, EarthMode mode, double flying_m, double ground_m,
+                        double film_pixel_mm = kFilmPixel_mm);
 
 // The camera with k1 r^3 added to its lens distortion (r from the principal point, mm) and
 // recorded in its earth_k1.

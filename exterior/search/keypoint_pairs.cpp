@@ -205,8 +205,8 @@ std::vector<Pair> AlikePairs(const Keypoints& photo, const ChipKeypoints& chips,
   return pairs;
 }
 
-std::vector<int> Backing(const std::vector<Pair>& pairs, const Keypoints& photo,
-                         const ChipKeypoints& chips, bool mirrored, double apart_px) {
+std::vector<int> SupportCounts(const std::vector<Pair>& pairs, const Keypoints& photo,
+                               const ChipKeypoints& chips, bool mirrored, double apart_px) {
   const auto backs = [&](const Pair& a, const Pair& b) {
     const double turned = NormalizeAngle(b.turn_rad - a.turn_rad);
     if (std::abs(turned) > kBackingTurn_rad) return false;

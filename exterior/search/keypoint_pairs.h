@@ -66,8 +66,8 @@ std::vector<Pair> AlikePairs(const Keypoints& photo, const ChipKeypoints& chips,
 // For each pair, how many other chips have a pair at the offset that the rotations and scales of
 // both imply; wrong pairs have few of these, by chance. Pairs nearer than `apart_px` (scan pixels)
 // do not count: they may show the same ground and be wrong together. `mirrored`: see IsMirrored.
-std::vector<int> Backing(const std::vector<Pair>& pairs, const Keypoints& photo,
-                         const ChipKeypoints& chips, bool mirrored, double apart_px);
+std::vector<int> SupportCounts(const std::vector<Pair>& pairs, const Keypoints& photo,
+                               const ChipKeypoints& chips, bool mirrored, double apart_px);
 
 // The pairs of the `turns` most frequent rotations, largest group first, each of >= `fewest` pairs.
 std::vector<std::vector<Pair>> ByTurn(std::vector<Pair> pairs, int turns, std::size_t fewest);

@@ -213,8 +213,8 @@ void KeypointSearch::Try(const Keypoints& photo, const ChipKeypoints& chips, int
       photo, chips, [&](std::size_t i) { return possible.Of(i); }, reduction);
   for (std::vector<Pair>& near : ByTurn(std::move(pairs), kTried, kFewest)) {
     BackedPairs turned{std::move(near), {}};
-    turned.backing = Backing(turned.pairs, photo, chips, mirrored,
-                             kApart * std::max(task_.image.Width(), task_.image.Height()));
+    turned.backing = SupportCounts(turned.pairs, photo, chips, mirrored,
+                                   kApart * std::max(task_.image.Width(), task_.image.Height()));
     KeepBetter(Follow(turned, photo, chips, positions, reduction), &search->track);
     for (const FilmPosition& position : positions)
       if (!Convinces(search->track, task_.options))

@@ -23,7 +23,7 @@ Eigen::Matrix2d ObservedCovariance(const MeasuredPoint& point, const PixelDeriva
          d.by_ground * point.sigma_m.cwiseAbs2().asDiagonal() * d.by_ground.transpose();
 }
 
-double MostOfPoint(std::size_t points) {
+double PointChiSquareLimit(std::size_t points) {
   return ChiSquareLimit(2, kPointSignificance / static_cast<double>(points));
 }
 
@@ -43,7 +43,7 @@ PointCheck CheckPoint(const PhotoView& view, const Matrix6d& covariance, const M
   const Eigen::Matrix<double, 6, 2> moved = covariance * design.transpose();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> redundancy(Eigen::Matrix2d::Identity() -
                                                                   design * moved);
-  const double shows = std::sqrt(MostOfPoint(points)) + kPower;
+  const double shows = std::sqrt(PointChiSquareLimit(points)) + kPower;
   for (int k = 0; k < 2; ++k) {
     const double r = redundancy.eigenvalues()[k];
     const Eigen::Vector2d along = redundancy.eigenvectors().col(k);

@@ -17,7 +17,7 @@ inline constexpr double kPointSignificance = 1e-4;
 
 // Limit of a point's chi-square that is exceeded by a point in one of ten thousand sets of `points`
 // correct points.
-double MostOfPoint(std::size_t points);
+double PointChiSquareLimit(std::size_t points);
 
 struct PointCheck {
   // Chi-square of the residual with its own covariance: the observation's minus the pose's share.

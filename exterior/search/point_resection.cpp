@@ -157,7 +157,7 @@ class PointAdjuster {
     }
     fit->passes = fit->freedom > 0 &&
                   fit->chi2 <= ChiSquareLimit(fit->freedom, kPointSignificance) &&
-                  most <= MostOfPoint(fit->points.size());
+                  most <= PointChiSquareLimit(fit->points.size());
   }
 
   PhotoView view_;  // without a pose
@@ -348,7 +348,7 @@ std::optional<Finding> JudgePointsUnder(const PhotoView& view, const Matrix6d& c
       chi2 = residual.dot(sum.inverse() * residual);
       off_px = residual.norm();
     }
-    if (chi2 <= MostOfPoint(1)) continue;
+    if (chi2 <= PointChiSquareLimit(1)) continue;
     names += fmt::format("{}{} ({:.1f} px)", names.empty() ? "" : ", ", point.name, off_px);
     ++off;
   }

@@ -197,7 +197,7 @@ std::optional<Step> StepFrom(const PhotoView& now, const Model& model,
 
 // The unknowns' covariances; `known`: only with what the residuals show.
 struct Covariances {
-  Eigen::MatrixXd known, honest, of_common_heights;
+  Eigen::MatrixXd known, honest, common_height_covariance;
 };
 
 // Result of the adjustment.
@@ -327,7 +327,7 @@ std::optional<CorrelatedPose> EstimateCorrelatedPose(
   estimate.height_factor = adjusted->components.heights[0];
   estimate.covariance = covariances.known.topLeftCorner<6, 6>();
   estimate.honest_covariance = covariances.honest.topLeftCorner<6, 6>();
-  estimate.of_common_heights = covariances.of_common_heights.topLeftCorner<6, 6>();
+  estimate.common_height_covariance = covariances.common_height_covariance.topLeftCorner<6, 6>();
   estimate.principal_distance_mm = distance_mm;
   if (unknown) estimate.principal_distance_sigma_mm = std::sqrt(covariances.honest(6, 6));
   return estimate;

@@ -30,7 +30,7 @@ struct CorrelatedPose {
   Matrix6d covariance;         // of the adjustment: what it knows and the residuals show
   Matrix6d honest_covariance;  // with what they do not show (unseen_errors.h)
   // The part of it common to the control's heights: more patches do not reduce it.
-  Matrix6d of_common_heights;
+  Matrix6d common_height_covariance;
   // Variance components: what the residuals make of the observations' and of the heights'
   // variances.
   double noise_factor = 1;

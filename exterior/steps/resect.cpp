@@ -278,7 +278,7 @@ std::optional<PoseEstimate> EstimatePose(const PhotoView& view, const PosePrior&
   estimate.pose = correlated.pose;
   estimate.covariance = correlated.covariance;
   estimate.honest_covariance = correlated.honest_covariance;
-  estimate.of_common_heights = correlated.of_common_heights;
+  estimate.common_height_covariance = correlated.common_height_covariance;
   estimate.sigma0_px = std::sqrt(correlated.noise_factor) * MeanSigmaPx(observations, snooped.used);
   const Vector6d shift = PoseDifference(correlated.pose, prior.pose);
   estimate.prior_chi2 = shift.dot(prior.covariance.ldlt().solve(shift));

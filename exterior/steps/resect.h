@@ -18,9 +18,9 @@ struct PoseEstimate {
   // Including errors that residuals do not show (unseen_errors.h): the pose's precision. The search
   // continues with `covariance`, which describes what the next round may find.
   Matrix6d honest_covariance;
-  Matrix6d of_common_heights;  // of it, what the control's heights have in common
-  double added_px2 = 0;        // to every observation's variance: what matching cannot see
-  double sigma0_px = 0;        // of one image coordinate of average weight
+  Matrix6d common_height_covariance;  // of it, what the control's heights have in common
+  double added_px2 = 0;               // to every observation's variance: what matching cannot see
+  double sigma0_px = 0;               // of one image coordinate of average weight
   double prior_chi2 = 0;  // Mahalanobis distance^2 of the pose from the prior, 6 degrees of freedom
   std::vector<Eigen::Vector2d> residuals_px;  // measured - computed, of every observation
   std::vector<bool> rejected;                 // by data snooping

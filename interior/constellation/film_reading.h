@@ -39,7 +39,8 @@ struct FilmReading {
   // Centre of the film on the scan: origin of the assignment's positions.
   Eigen::Vector2d middle_px = Eigen::Vector2d::Zero();
   OrientationClass orientations;
-  // These, and those that only pictures of marks distinguish from them (layout.h, WaysAlike).
+  // These, and those that only pictures of marks distinguish from them (layout.h,
+  // IndistinguishableOrientations).
   OrientationClass alike;
   Polarity polarity = Polarity::kPositive;
   // As the class's scan orientations are not distinguished yet, with what their calibrated layouts

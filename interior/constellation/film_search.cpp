@@ -46,7 +46,7 @@ std::vector<OrientationClass> AlikeToEach(const CameraFile& camera, const MarkSh
   if (options.orientation) return classes;
   std::vector<OrientationClass> alike;
   for (const OrientationClass& members : classes)
-    alike.push_back(WaysAlike(camera.fiducials, shapes, members.front()));
+    alike.push_back(IndistinguishableOrientations(camera.fiducials, shapes, members.front()));
   return alike;
 }
 
@@ -279,7 +279,7 @@ class FilmReadings {
     });
     for (FilmReading& other : others)
       if (std::none_of(ways.begin(), ways.end(),
-                       [&](const FilmReading& way) { return SaysTheSame(way, other); }))
+                       [&](const FilmReading& way) { return ReadingsAgree(way, other); }))
         ways.push_back(std::move(other));
     return ways;
   }

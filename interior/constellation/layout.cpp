@@ -99,8 +99,9 @@ std::optional<std::vector<int>> Relabel(const std::vector<Fiducial>& fiducials,
       });
 }
 
-OrientationClass WaysAlike(const std::vector<Fiducial>& fiducials, const MarkShapes& shapes,
-                           ScanOrientation orientation) {
+OrientationClass IndistinguishableOrientations(const std::vector<Fiducial>& fiducials,
+                                               const MarkShapes& shapes,
+                                               ScanOrientation orientation) {
   OrientationClass ways = {orientation};
   for (const ScanOrientation other : kAllScanOrientations)
     if (other != orientation && Relabel(fiducials, shapes, orientation, other))

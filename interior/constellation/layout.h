@@ -57,8 +57,9 @@ std::vector<OrientationClass> OrientationClasses(const std::vector<Fiducial>& fi
                                                  const MarkShapes& shapes);
 
 // All scan orientations that the marks cannot tell from this one, which comes first.
-OrientationClass WaysAlike(const std::vector<Fiducial>& fiducials, const MarkShapes& shapes,
-                           ScanOrientation orientation);
+OrientationClass IndistinguishableOrientations(const std::vector<Fiducial>& fiducials,
+                                               const MarkShapes& shapes,
+                                               ScanOrientation orientation);
 
 // How far the layout departs from looking the same in all orientations of a class, relative to the
 // first one (maximum over its members): RMS coordinate residual after an affine fit, and the

@@ -69,7 +69,7 @@ bool LieTogether(const std::vector<Vector2d>& a, const std::vector<Vector2d>& b,
 
 }  // namespace
 
-bool SaysTheSame(const FilmReading& a, const FilmReading& b) {
+bool ReadingsAgree(const FilmReading& a, const FilmReading& b) {
   if (a.polarity != b.polarity) return false;
   const bool same_way = a.orientations == b.orientations;
   if (!same_way &&
@@ -113,10 +113,10 @@ FilmReading BestOf(const std::vector<FilmReading>& readings,
                        [](const auto& a, const auto& b) { return a.best.nats < b.best.nats; });
   FilmReading result = *best;
   for (const FilmReading& other : readings)
-    if (!SaysTheSame(result, other))
+    if (!ReadingsAgree(result, other))
       result.margin = std::min(result.margin, result.best.nats - other.best.nats);
   for (const FilmReading& other : readings)
-    if (other.scanner != result.scanner && SaysTheSame(result, other) &&
+    if (other.scanner != result.scanner && ReadingsAgree(result, other) &&
         !UsesTheSameMarks(result, other))
       result.scanner_margin = std::min(result.scanner_margin, result.best.nats - other.best.nats);
   for (const FilmReading& other : readings)

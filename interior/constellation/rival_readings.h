@@ -11,7 +11,7 @@ namespace orient::interior {
 // not span an area, so that they leave open the scan orientation, their transforms must agree over
 // the whole frame as well. One that found nothing contradicts none. Of two scan orientations that
 // only pictures of the marks tell apart, the marks' places alone count, not their names.
-bool SaysTheSame(const FilmReading& a, const FilmReading& b);
+bool ReadingsAgree(const FilmReading& a, const FilmReading& b);
 
 // Whether these marks of another reading are a film of their own: enough to be accepted, not much
 // less probable than the best reading's, beside these, and none of them where these have one. Two

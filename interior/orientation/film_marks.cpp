@@ -258,7 +258,7 @@ void TakeExactClicks(const CameraFile& camera, const FilmReading& reading,
   RejectContradicted(reading, marks);
 }
 
-std::vector<size_t> PerhapsWrong(const FilmReading& reading, const FilmMarks& marks) {
+std::vector<size_t> SuspectMarks(const FilmReading& reading, const FilmMarks& marks) {
   if (Count(marks, MarkState::kUsed) >= kLeastReseauMarks) return {};
   FilmMarks with_rejected = marks;
   for (FilmMark& mark : with_rejected)

@@ -47,7 +47,7 @@ void TakeExactClicks(const CameraFile& camera, const FilmReading& reading,
 
 // Used marks, any of which may be wrong instead of a rejected one: without it, and with that one,
 // none contradicts the others. With few marks snooping cannot tell them apart (separability).
-std::vector<size_t> PerhapsWrong(const FilmReading& reading, const FilmMarks& marks);
+std::vector<size_t> SuspectMarks(const FilmReading& reading, const FilmMarks& marks);
 
 std::vector<MeasuredMark> UsedMarks(const CameraFile& camera, const FilmMarks& marks);
 

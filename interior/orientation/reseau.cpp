@@ -83,7 +83,7 @@ class OfLength {
     const auto n = static_cast<Eigen::Index>(crosses.size());
     y_.resize(n, 2);
     for (Eigen::Index i = 0; i < n; ++i) y_.row(i) = crosses[i].left.transpose();
-    null_ = NullSpace(f_);
+    null_ = OrthogonalComplement(f_);
     r_ = Correlations(crosses, length, smoothness);
     eigen_ = EigenOfSymmetric(null_.transpose() * r_ * null_);
     z_ = eigen_.vectors.transpose() * null_.transpose() * y_;

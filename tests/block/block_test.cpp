@@ -50,7 +50,7 @@ class TwoBlankPhotos : public testing::Test {
     const Eigen::Vector2d mm =
         PhotoFromGround(camera_.camera, truth_.at(photo), {place.x(), place.y(), kGround_m})
             .value();
-    said_.image_points.push_back(
+    measurements_.image_points.push_back(
         {photo,
          point,
          Eigen::Vector2d(kSide_px / 2.0 + mm.x() / kPixel_mm, kSide_px / 2.0 - mm.y() / kPixel_mm),
@@ -60,11 +60,11 @@ class TwoBlankPhotos : public testing::Test {
   }
   void Survey(const std::string& photo, const std::string& point, const Eigen::Vector2d& place) {
     See(photo, point, place);
-    said_.points.push_back({point,
-                            {place.x(), place.y(), kGround_m},
-                            Eigen::Vector3d::Constant(0.2),
-                            PointRole::kControl,
-                            {}});
+    measurements_.points.push_back({point,
+                                    {place.x(), place.y(), kGround_m},
+                                    Eigen::Vector3d::Constant(0.2),
+                                    PointRole::kControl,
+                                    {}});
   }
   void SeeTies() {
     for (int i = 0; i < 12; ++i)
@@ -72,8 +72,8 @@ class TwoBlankPhotos : public testing::Test {
         See(photo, "t" + std::to_string(i), {499950 + 90 * (i % 4), 4999750 + 250 * (i / 4)});
   }
   OrientedBlock Oriented() const {
-    WriteImagePoints(folder_.Path(), said_.image_points);
-    WritePoints(folder_.Path(), said_.points);
+    WriteImagePoints(folder_.Path(), measurements_.image_points);
+    WritePoints(folder_.Path(), measurements_.points);
     WriteFileAtomically(folder_ / "block.toml",
                         "crs = \"EPSG:32635\"\ndem = \"dem.vrt\"\npatchdb = \"patches.gpkg\"\n"
                         "camera = \"camera.toml\"\nphotos = [\"*.png\"]\nmeasurements = \".\"\n"
@@ -86,7 +86,7 @@ class TwoBlankPhotos : public testing::Test {
   const std::map<std::string, Pose> truth_ = {{"west", {{499900, 5000000, 1300}, {0.01, 0, 0}}},
                                               {"east", {{500350, 5000000, 1300}, {0, 0.01, 0}}}};
   CameraFile camera_;
-  Measurements said_;
+  Measurements measurements_;
 };
 
 TEST_F(TwoBlankPhotos, AreAdjustedByTiesThatWereMeasuredByHand) {

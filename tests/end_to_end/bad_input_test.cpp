@@ -78,7 +78,7 @@ TEST_F(BadPhoto, ScanThatIsNotThereFailsAloneAndTheRestIsExported) {
 // A camera of a block holds them, `flat` adds none, and however often a run resumes that is so.
 TEST_F(BadPhoto, OverACurvedEarthIsSeenThroughOneLensHoweverOftenARunResumes) {
   CameraFile file = ReadCameraFile(Path("camera.toml"));
-  file.camera = OverEarth(file.camera, EarthMode::kCurved, 2500, 200);
+  file.camera = WithEarthEffects(file.camera, EarthMode::kCurved, 2500, 200);
   ASSERT_LT(file.camera.earth_k1, 0);
   WriteCameraFile(Path("camera.toml"), file);
   const std::string scan = Path("scans/new_1_1.tif");

@@ -49,7 +49,7 @@ class ClickedNgi : public testing::Test {
   // Four clicks near each frame's corners, with errors of a hand, on ground points read from the
   // DEM.
   Measurements Clicks() const {
-    Measurements said;
+    Measurements measurements;
     std::mt19937 random(5);
     std::normal_distribution<double> hand(0, kClick_px);
     for (const std::string& number : kClicked) {
@@ -60,20 +60,21 @@ class ClickedNgi : public testing::Test {
         for (const double row : {120.0, 1030.0}) {
           const Eigen::Vector2d pixel(col, row);
           const std::string name = number + "_" + std::to_string(++count);
-          said.points.push_back({name, view.GroundFromPixel(pixel, ngi_->surface).value(),
-                                 Eigen::Vector3d(3, 3, 3), PointRole::kControl});
-          said.image_points.push_back({ngi_->Published(number).photo, name,
-                                       pixel + Eigen::Vector2d(hand(random), hand(random)),
-                                       std::nullopt, kClick_px});
+          measurements.points.push_back({name, view.GroundFromPixel(pixel, ngi_->surface).value(),
+                                         Eigen::Vector3d(3, 3, 3), PointRole::kControl});
+          measurements.image_points.push_back({ngi_->Published(number).photo, name,
+                                               pixel + Eigen::Vector2d(hand(random), hand(random)),
+                                               std::nullopt, kClick_px});
         }
     }
-    return said;
+    return measurements;
   }
 
-  ProgramRun Exterior(const Measurements& said, const std::string& more = "--overwrite") const {
-    WriteImagePoints(folder_.Path(), said.image_points);
-    WritePoints(folder_.Path(), said.points);
-    if (!said.decisions.empty()) WriteDecisions(folder_.Path(), said.decisions);
+  ProgramRun Exterior(const Measurements& measurements,
+                      const std::string& more = "--overwrite") const {
+    WriteImagePoints(folder_.Path(), measurements.image_points);
+    WritePoints(folder_.Path(), measurements.points);
+    if (!measurements.decisions.empty()) WriteDecisions(folder_.Path(), measurements.decisions);
     std::vector<std::string> words = {"exterior"};
     for (const std::string& number : kClicked) words.push_back(ngi_->Photo(number));
     words.insert(words.end(), {"--camera", ngi_->folder + "/camera.toml", "--measurements",
@@ -103,15 +104,15 @@ TEST_F(ClickedNgi, WithoutPatchesFourClicksGiveAWeakPoseWithinThreePixels) {
 }
 
 TEST_F(ClickedNgi, ADecisionRedoesItsPhotoAlone) {
-  Measurements said = Clicks();
-  Exterior(said);
+  Measurements measurements = Clicks();
+  Exterior(measurements);
   const ExteriorResult before = Result(kClicked[1]);
-  said.decisions = {{ngi_->Published(kClicked[0]).photo,
-                     DecisionKind::kAccept,
-                     "",
-                     "looked at",
-                     {"J. Smith", "2024-05-01"}}};
-  const ProgramRun run = Exterior(said, "--resume");
+  measurements.decisions = {{ngi_->Published(kClicked[0]).photo,
+                             DecisionKind::kAccept,
+                             "",
+                             "looked at",
+                             {"J. Smith", "2024-05-01"}}};
+  const ProgramRun run = Exterior(measurements, "--resume");
   EXPECT_EQ(run.exit_code, 0) << run.err;
   const ExteriorResult accepted = Result(kClicked[0]);
   EXPECT_EQ(accepted.status, Status::kOk);
@@ -120,8 +121,8 @@ TEST_F(ClickedNgi, ADecisionRedoesItsPhotoAlone) {
             std::string::npos);
   EXPECT_EQ(Result(kClicked[1]).made_from, before.made_from);
   EXPECT_EQ(Result(kClicked[1]).status, Status::kWeak);
-  said.decisions[0].kind = DecisionKind::kReject;
-  EXPECT_EQ(Exterior(said, "--resume").exit_code, 3);
+  measurements.decisions[0].kind = DecisionKind::kReject;
+  EXPECT_EQ(Exterior(measurements, "--resume").exit_code, 3);
   EXPECT_EQ(Result(kClicked[0]).status, Status::kFailed);
   EXPECT_FALSE(Result(kClicked[0]).pose);
 }
@@ -145,9 +146,9 @@ TEST_F(SlowClickedNgi, ThePatchesFinishWhatFourClicksBegan) {
 // The other two photos have approximations, these two nothing but the clicks.
 TEST_F(SlowClickedNgi, ABlockTakesPhotosFromFourClicksToItsUsualFigures) {
   Harvest();
-  const Measurements said = Clicks();
-  WriteImagePoints(folder_.Path(), said.image_points);
-  WritePoints(folder_.Path(), said.points);
+  const Measurements measurements = Clicks();
+  WriteImagePoints(folder_.Path(), measurements.image_points);
+  WritePoints(folder_.Path(), measurements.points);
   OrientationTable known = ngi_->published;
   std::erase_if(known.rows, [&](const OrientationRow& row) {
     return row.photo == ngi_->Published("0251").photo || row.photo == ngi_->Published("0253").photo;
@@ -171,16 +172,16 @@ TEST_F(SlowClickedNgi, ABlockTakesPhotosFromFourClicksToItsUsualFigures) {
 }
 
 TEST_F(ClickedNgi, AWrongClickIsNamedAndDoesNotMoveThePhoto) {
-  Measurements said = Clicks();
+  Measurements measurements = Clicks();
   const std::string photo = ngi_->Published("0251").photo;
   const PhotoView view{ngi_->camera.camera, DigitalPhotoFromPixel(ngi_->camera.camera),
                        ngi_->Published("0251").pose};
   const Eigen::Vector2d middle(320, 570);
-  said.points.push_back({"spoilt", view.GroundFromPixel(middle, ngi_->surface).value(),
-                         Eigen::Vector3d(3, 3, 3), PointRole::kControl});
-  said.image_points.push_back(
+  measurements.points.push_back({"spoilt", view.GroundFromPixel(middle, ngi_->surface).value(),
+                                 Eigen::Vector3d(3, 3, 3), PointRole::kControl});
+  measurements.image_points.push_back(
       {photo, "spoilt", middle + Eigen::Vector2d(40, 0), std::nullopt, kClick_px});
-  Exterior(said);
+  Exterior(measurements);
   const ExteriorResult result = Result("0251");
   ASSERT_TRUE(result.pose);
   EXPECT_LT(ngi_->FrameRms(result), 3);
@@ -247,7 +248,7 @@ TEST_F(ClickedScans, ADecisionOnAnotherCameraThanTheRunsIsRefused) {
   WriteDecisions(folder_.Path(), {{"a", DecisionKind::kCamera, "wild_rc10", "", {}}});
   const ProgramRun run = Interior({"--measurements", folder_.Path()});
   EXPECT_EQ(run.exit_code, 1);
-  EXPECT_NE(run.err.find("photo a is of camera wild_rc10"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("photo a to camera wild_rc10"), std::string::npos) << run.err;
 }
 
 // Five right points in one corner, beside an approximation that is worse than stated: the photo is

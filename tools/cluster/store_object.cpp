@@ -146,7 +146,7 @@ std::optional<std::string> ReadObject(const std::string& object) {
 
 void PutText(const std::string& object, const std::string& text) {
   const QuietGdal gdal;
-  const bool done = Patiently([&] {
+  const bool done = WithRetries([&] {
     return Put(object, [&](VSILFILE* file) {
       return VSIFWriteL(text.data(), 1, text.size(), file) == text.size();
     });
@@ -171,7 +171,7 @@ UploadedFile PutFile(const std::string& path, const std::string& object) {
   };
   bool done = false;
   try {
-    done = Patiently([&] { return Put(object, write) && IsWhole(object, sent.bytes); });
+    done = WithRetries([&] { return Put(object, write) && IsWhole(object, sent.bytes); });
   } catch (...) {  // the part read so far has become the object
     RemoveObject(object);
     throw;

@@ -70,7 +70,7 @@ void WriteThumbnails(const BlockFile& block) {
           (fs::path(block.output_directory) / (PhotoName(path) + block::kThumbnail)).string(),
           Raster::OpenScan(path));
     } catch (const std::exception&) {  // a damaged scan is reported in its photo's own result
-      RethrowOfEnvironment();
+      RethrowIfMachineFault();
     }
   });
 }
@@ -84,7 +84,7 @@ std::optional<block::Quicklook> Illustrate(const BlockFile& block, block::Orient
       oriented->findings.push_back({.reason = Reason::kPhotoNotInQuicklook, .where = photo});
     return quicklook;
   } catch (const std::exception& error) {
-    RethrowOfEnvironment();
+    RethrowIfMachineFault();
     oriented->findings.push_back({.reason = Reason::kNoQuicklook, .where = error.what()});
     return std::nullopt;
   }

@@ -303,7 +303,7 @@ int Guarded(const CLI::App& parser, const std::vector<std::string>& arguments, s
     try {
       return work();
     } catch (const std::exception&) {
-      RethrowOfEnvironment();
+      RethrowIfMachineFault();
       throw;
     }
   } catch (const EnvironmentError& error) {

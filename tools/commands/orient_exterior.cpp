@@ -7,7 +7,7 @@
 #include "block/inputs/approximations.h"
 #include "block/inputs/block_files.h"
 #include "block/inputs/camera_library.h"
-#include "block/inputs/persons_word.h"
+#include "block/inputs/measurement_inputs.h"
 #include "block/stages/exterior_stage.h"
 #include "core/base/error.h"
 #include "core/files/adjustment_result.h"
@@ -89,11 +89,11 @@ class ExteriorCommand : public Command {
 
   ExitCode Run(std::ostream& out) override {
     const block::ExteriorRunOptions options = Options();
-    const Measurements& said = options.measurements;
-    if (options.approximations.empty() && said.image_points.empty() &&
-        std::none_of(said.decisions.begin(), said.decisions.end(), [](const Decision& decision) {
-          return decision.kind == DecisionKind::kPosition;
-        }))
+    const Measurements& measurements = options.measurements;
+    if (options.approximations.empty() && measurements.image_points.empty() &&
+        std::none_of(
+            measurements.decisions.begin(), measurements.decisions.end(),
+            [](const Decision& decision) { return decision.kind == DecisionKind::kPosition; }))
       throw UsageError(
           "--approximations is required unless ground points are measured or positions "
           "are decided");
@@ -111,7 +111,7 @@ class ExteriorCommand : public Command {
                PatchesInput(options.patchdb), FileInput("approximations", options.approximations)});
     PrintExteriorSummary(done, out);
     PrintRemarks(options.approximations, out);
-    if (const auto unknown = block::UnknownPhotos(said, block::PhotoNames(options.photos)))
+    if (const auto unknown = block::UnknownPhotos(measurements, block::PhotoNames(options.photos)))
       out << "note      " << Sentence(*unknown) << "\n";
     return AllOriented(done) ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
   }

@@ -6,7 +6,7 @@
 #include <ostream>
 
 #include "block/inputs/camera_library.h"
-#include "block/inputs/persons_word.h"
+#include "block/inputs/measurement_inputs.h"
 #include "block/roll/roll.h"
 #include "block/stages/interior_stage.h"
 #include "core/base/error.h"

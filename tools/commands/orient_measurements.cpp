@@ -65,7 +65,7 @@ class MeasurementsCommand : public Command {
       throw UsageError("--sigma is missing: files of " + from_ +
                        " state no accuracy of image coordinates");
     for (const double sigma : {sigma_.image.value_or(1), sigma_.ground_m})
-      if (const std::string why = WhyNoSigma(sigma); !why.empty())
+      if (const std::string why = SigmaProblem(sigma); !why.empty())
         throw UsageError(fmt::format("--sigma or --ground-sigma-m is {:g}; {}", sigma, why));
   }
 

@@ -14,7 +14,7 @@ void WatchProgress(ProgressWatcher* watcher) { watching = watcher; }
 bool ProgressIsWatched() { return watching != nullptr; }
 
 void TellProgress(const std::string& task, int done, int total) {
-  if (ProgressWatcher* watcher = watching) watcher->Heard(task, done, total);
+  if (ProgressWatcher* watcher = watching) watcher->OnProgress(task, done, total);
 }
 
 }  // namespace orient

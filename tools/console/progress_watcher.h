@@ -17,7 +17,7 @@ class ProgressWatcher {
   virtual ~ProgressWatcher() = default;
   // "interior orientation", photos; from several threads, one at a time for a task. What it throws
   // ends the run: what is finished is kept, what is not stays to be done.
-  virtual void Heard(const std::string& task, int done, int total) = 0;
+  virtual void OnProgress(const std::string& task, int done, int total) = 0;
 };
 
 // From now on, in place of the terminal; null: nobody. Like the run's output this is the process's.

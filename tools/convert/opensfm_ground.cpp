@@ -205,7 +205,7 @@ class Decision {
 
  private:
   Ground Which() {
-    if (options_.offset) return Said();
+    if (options_.offset) return StatedGround();
     if (!topocentric_) return WithoutGps();
     const bool as_is = topocentric_->Sound(false);
     const bool undone = projected_ && projected_->Sound(false);
@@ -221,7 +221,7 @@ class Decision {
     return Take(Ground::kProjected);
   }
 
-  Ground Said() {
+  Ground StatedGround() {
     if (!projected_ || !topocentric_) return Ground::kProjected;
     const double difference = std::abs(projected_->turn_deg) - std::abs(topocentric_->turn_deg);
     const bool fits_less = topocentric_->Sound(true) && difference > kApart * projected_->sigma_deg;
@@ -291,15 +291,15 @@ class Decision {
 
   [[noreturn]] Ground Refuse() const {
     std::string text = options_.input + ": the poses fit the shots' gps_position neither as " +
-                       "topocentric" + Told(topocentric_);
+                       "topocentric" + GpsFitText(topocentric_);
     text += " nor as projected minus an offset";
-    text += projected_ ? Told(projected_) : " (needs --crs)";
+    text += projected_ ? GpsFitText(projected_) : " (needs --crs)";
     throw InputError(text +
                      "; give the CRS of the reconstruction with --crs, or the offset of its "
                      "coordinates with --offset");
   }
 
-  static std::string Told(const std::optional<FitToGps>& fit) {
+  static std::string GpsFitText(const std::optional<FitToGps>& fit) {
     if (!fit) return "";
     return fmt::format(" ({}, scaled by {:.3f}, {:.0f} m away)", Turned(*fit), fit->scale,
                        fit->shift_m);

@@ -11,11 +11,11 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "block/inputs/persons_word.h"
+#include "block/inputs/measurement_inputs.h"
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
 #include "core/files/orientation_table.h"
-#include "tools/review/page_words.h"
+#include "tools/review/page_entries.h"
 
 namespace orient {
 namespace {
@@ -111,7 +111,7 @@ Review::Review(ReviewOptions options)
     : options_(std::move(options)),
       lock_(options_.directory, ".orient-review.lock"),
       states_(options_.directory),
-      said_(options_.measurements),
+      folder_(options_.measurements),
       scans_(ByName(options_.scans)),
       ortho_({{kOrtho, options_.ortho}}),
       run_again_(options_.run_again) {
@@ -167,10 +167,10 @@ Reply Review::GetData(const WebPath& path, const std::map<std::string, std::stri
   if (path[1] == "seen") return GetSeen(query);
   if (path[1] == "progress") return GetProgress();
   const auto state = states_.Now();
-  const auto [said, version] = said_.Read();
+  const auto [measurements, version] = folder_.Read();
   if (path[1] == "list")
-    return JsonText(ListJson(*state, said, version, said_.LatestAbout(), scans_));
-  if (path[1] == "map") return JsonText(MapJson(*state, said, ground_));
+    return JsonText(ListJson(*state, measurements, version, folder_.LatestAbout(), scans_));
+  if (path[1] == "map") return JsonText(MapJson(*state, measurements, ground_));
   return NotThere();
 }
 
@@ -187,15 +187,15 @@ Reply Review::GetPhoto(const std::string& name) {
     scan.why_not = error.what();
   }
   return JsonText(
-      PhotoJson(*state, said_.Read().first, *photo, scan, camera_ ? &*camera_ : nullptr));
+      PhotoJson(*state, folder_.Read().first, *photo, scan, camera_ ? &*camera_ : nullptr));
 }
 
 // What a person says, otherwise what the interior orientation found, otherwise the run's options.
 ScanKnowledge Review::KnownOf(const PhotoRecord& photo) const {
-  const Measurements said = said_.Read().first;
-  ScanKnowledge known{said.PixelSizeOf_um(photo.name),
-                      said.PolarityOf(photo.name),
-                      said.OrientationOf(photo.name),
+  const Measurements measurements = folder_.Read().first;
+  ScanKnowledge known{measurements.PixelSizeOf_um(photo.name),
+                      measurements.PolarityOf(photo.name),
+                      measurements.OrientationOf(photo.name),
                       {}};
   const bool nothing_said = !known.pixel_size_um && !known.polarity && !known.orientation;
   if (const auto& found = photo.interior) {
@@ -265,7 +265,7 @@ Reply Review::GetTile(ScanTiles* tiles, const std::string& scan, const WebPath& 
 
 Reply Review::Post(const WebPath& path, const std::string& body) {
   return Answered([&] {
-    if (path == WebPath{"api", "say"}) return Say(body);
+    if (path == WebPath{"api", "say"}) return Record(body);
     if (path == WebPath{"api", "undo"}) return Undo(body);
     if (path == WebPath{"api", "again"}) return Start();
     return NotThere();
@@ -290,13 +290,13 @@ void Review::RequireMark(const PhotoRecord& photo, const MarkMeasurement& mark) 
 }
 
 // Throws InputError if the statement cannot apply to this block.
-void Review::RequireSayable(const Word& word) {
+void Review::RequireValid(const Entry& entry) {
   const auto state = states_.Now();
-  for (const std::string& photo : PhotosOf(word))
+  for (const std::string& photo : PhotosOf(entry))
     if (state->Photo(photo) == nullptr)
       throw InputError(fmt::format("{} has no photo \"{}\"", options_.directory, photo));
-  for (const auto& mark : word.marks) RequireMark(*state->Photo(mark.photo), mark);
-  for (const Decision& decision : word.decisions) {
+  for (const auto& mark : entry.marks) RequireMark(*state->Photo(mark.photo), mark);
+  for (const Decision& decision : entry.decisions) {
     const auto index = state->Photo(decision.photo) - state->block.photos.data();
     const Status status = state->verdict.photos.at(static_cast<std::size_t>(index)).status;
     if (decision.kind == DecisionKind::kAccept && status == Status::kFailed)
@@ -307,23 +307,23 @@ void Review::RequireSayable(const Word& word) {
   }
 }
 
-Reply Review::Say(const std::string& body) {
-  const PageWord said = WordOfPage(body, {options_.by, Today()});
-  RequireSayable(said.word);
-  if (said_.Say(said.version, said.word) == SayOutcome::kOtherVersion)
+Reply Review::Record(const std::string& body) {
+  const PageEntry page = EntryOfPage(body, {options_.by, Today()});
+  RequireValid(page.entry);
+  if (folder_.Record(page.version, page.entry) == EntryOutcome::kOtherVersion)
     return Error(409,
                  "another window or an editor has changed the files since; this window now "
                  "shows them: please look, and repeat it");
-  return Answer(200, {{"version", said_.Read().second}});
+  return Answer(200, {{"version", folder_.Read().second}});
 }
 
 Reply Review::Undo(const std::string& body) {
-  switch (said_.Undo(WordOfPage(body, {}).version)) {
-    case SayOutcome::kSaid:
-      return Answer(200, {{"version", said_.Read().second}});
-    case SayOutcome::kNothing:
+  switch (folder_.Undo(EntryOfPage(body, {}).version)) {
+    case EntryOutcome::kRecorded:
+      return Answer(200, {{"version", folder_.Read().second}});
+    case EntryOutcome::kNothing:
       return Error(409, "there is nothing to take back");
-    case SayOutcome::kOtherVersion:
+    case EntryOutcome::kOtherVersion:
       break;
   }
   return Error(409, "the files have changed since this was said; this window now shows them");

@@ -13,10 +13,10 @@
 #include "core/base/embedded_file.h"
 #include "core/base/folder_lock.h"
 #include "core/terrain/ground_surface.h"
+#include "tools/review/measurement_folder.h"
 #include "tools/review/review_json.h"
 #include "tools/review/review_state.h"
 #include "tools/review/run_again.h"
-#include "tools/review/said_folder.h"
 #include "tools/review/scan_tiles.h"
 #include "tools/review/seen_mark.h"
 
@@ -65,18 +65,18 @@ class Review {
   Reply GetHeight(const std::map<std::string, std::string>& query);
   Reply GetProgress() const;
   Reply GetTile(ScanTiles* tiles, const std::string& scan, const WebPath& place);
-  Reply Say(const std::string& body);
+  Reply Record(const std::string& body);
   Reply Undo(const std::string& body);
   Reply Start();
   void ReadViewer();
   void ReadOrtho();
-  void RequireSayable(const Word& word);
+  void RequireValid(const Entry& entry);
   void RequireMark(const PhotoRecord& photo, const MarkMeasurement& mark);
 
   ReviewOptions options_;
   FolderLock lock_;  // two would orient again at the same time
   ReviewStates states_;
-  SaidFolder said_;
+  MeasurementFolder folder_;
   ScanTiles scans_, ortho_;
   std::optional<MapGround> ground_;
   std::optional<CameraFile> camera_;

@@ -27,16 +27,18 @@ Json Numbers(const std::optional<Vector>& vector) {
 
 Json Number(const std::optional<double>& number) { return number ? Json(*number) : Json(); }
 
-Json SaidJson(const SaidBy& said) { return {{"by", said.by}, {"when", said.when}}; }
+Json AttributionJson(const Attribution& attribution) {
+  return {{"by", attribution.by}, {"when", attribution.when}};
+}
 
-Json DecisionsJson(const Measurements& said, const std::string& photo) {
+Json DecisionsJson(const Measurements& measurements, const std::string& photo) {
   Json decisions = Json::array();
-  for (const Decision& one : said.decisions)
+  for (const Decision& one : measurements.decisions)
     if (one.photo == photo)
       decisions.push_back({{"decision", Name(one.kind)},
                            {"value", one.value},
                            {"reason", one.reason},
-                           {"said", SaidJson(one.said)}});
+                           {"said", AttributionJson(one.attribution)}});
   return decisions;
 }
 
@@ -52,7 +54,7 @@ Json CodesJson(const PhotoRecord& photo) {
   return codes;
 }
 
-Json ListedPhoto(const ReviewState& state, const Measurements& said, std::size_t i,
+Json ListedPhoto(const ReviewState& state, const Measurements& measurements, std::size_t i,
                  const std::string& concern, const ScanTiles& scans) {
   const PhotoRecord& photo = state.block.photos[i];
   const PhotoVerdict& verdict = state.verdict.photos[i];
@@ -60,9 +62,10 @@ Json ListedPhoto(const ReviewState& state, const Measurements& said, std::size_t
           {"status", Name(verdict.status)},
           {"concern", concern},
           {"codes", CodesJson(photo)},
-          {"decisions", DecisionsJson(said, photo.name)},
-          {"said", said.MarksOf(photo.name).size() + said.ImagePointsOf(photo.name).size()},
-          {"pending", IsPending(state, said, photo.name)},
+          {"decisions", DecisionsJson(measurements, photo.name)},
+          {"said",
+           measurements.MarksOf(photo.name).size() + measurements.ImagePointsOf(photo.name).size()},
+          {"pending", IsPending(state, measurements, photo.name)},
           {"scan", scans.Has(photo.name)}};
 }
 
@@ -146,35 +149,35 @@ Json TiesJson(const BlockRecord& block, const std::string& photo) {
   return ties;
 }
 
-Json SaidOfPhoto(const Measurements& said, const std::string& photo) {
+Json MeasurementsJson(const Measurements& measurements, const std::string& photo) {
   Json marks = Json::array(), points = Json::array();
-  for (const MarkMeasurement& mark : said.MarksOf(photo))
+  for (const MarkMeasurement& mark : measurements.MarksOf(photo))
     marks.push_back({{"mark", mark.mark},
                      {"pixel", Numbers(mark.pixel)},
                      {"exact", mark.exact},
-                     {"said", SaidJson(mark.said)}});
-  for (const ImagePointMeasurement& seen : said.ImagePointsOf(photo)) {
-    const GroundPoint* point = said.Point(seen.point);
+                     {"said", AttributionJson(mark.attribution)}});
+  for (const ImagePointMeasurement& seen : measurements.ImagePointsOf(photo)) {
+    const GroundPoint* point = measurements.Point(seen.point);
     points.push_back({{"point", seen.point},
                       {"pixel", Numbers(seen.pixel)},
                       {"ground", point ? Numbers(point->ground_m) : Json()},
-                      {"ground_said", point ? SaidJson(point->said) : Json()},
-                      {"said", SaidJson(seen.said)}});
+                      {"ground_said", point ? AttributionJson(point->attribution) : Json()},
+                      {"said", AttributionJson(seen.attribution)}});
   }
-  return {{"marks", marks}, {"points", points}, {"decisions", DecisionsJson(said, photo)}};
+  return {{"marks", marks}, {"points", points}, {"decisions", DecisionsJson(measurements, photo)}};
 }
 
 }  // namespace
 
-std::string ListJson(const ReviewState& state, const Measurements& said, const std::string& version,
-                     const std::string& undo, const ScanTiles& scans) {
+std::string ListJson(const ReviewState& state, const Measurements& measurements,
+                     const std::string& version, const std::string& undo, const ScanTiles& scans) {
   Json photos = Json::array();
   std::set<std::size_t> listed;
   for (const Concern& concern : state.verdict.concerns)
     if (listed.insert(concern.photo).second)
-      photos.push_back(ListedPhoto(state, said, concern.photo, concern.text, scans));
+      photos.push_back(ListedPhoto(state, measurements, concern.photo, concern.text, scans));
   for (std::size_t i = 0; i < state.block.photos.size(); ++i)
-    if (!listed.contains(i)) photos.push_back(ListedPhoto(state, said, i, "", scans));
+    if (!listed.contains(i)) photos.push_back(ListedPhoto(state, measurements, i, "", scans));
   return Text({{"title", state.block.title},
                {"version", version},
                {"undo", undo},
@@ -182,8 +185,8 @@ std::string ListJson(const ReviewState& state, const Measurements& said, const s
                {"photos", photos}});
 }
 
-std::string PhotoJson(const ReviewState& state, const Measurements& said, const PhotoRecord& photo,
-                      const ShownScan& scan, const CameraFile* camera) {
+std::string PhotoJson(const ReviewState& state, const Measurements& measurements,
+                      const PhotoRecord& photo, const ShownScan& scan, const CameraFile* camera) {
   const auto index = static_cast<std::size_t>(&photo - state.block.photos.data());
   Json json = {{"name", photo.name},
                {"status", Name(state.verdict.photos.at(index).status)},
@@ -196,11 +199,11 @@ std::string PhotoJson(const ReviewState& state, const Measurements& said, const 
   json["interior"] = photo.interior ? InteriorJson(*photo.interior, camera) : Json();
   json["exterior"] = photo.exterior ? ExteriorJson(*photo.exterior) : Json();
   json["ties"] = TiesJson(state.block, photo.name);
-  json["said"] = SaidOfPhoto(said, photo.name);
+  json["said"] = MeasurementsJson(measurements, photo.name);
   return Text(json);
 }
 
-std::string MapJson(const ReviewState& state, const Measurements& said,
+std::string MapJson(const ReviewState& state, const Measurements& measurements,
                     const std::optional<MapGround>& ground) {
   Json photos = Json::array(), points = Json::array();
   for (std::size_t i = 0; i < state.block.photos.size(); ++i) {
@@ -210,7 +213,7 @@ std::string MapJson(const ReviewState& state, const Measurements& said,
     if (photo.exterior)
       for (const Eigen::Vector3d& corner : photo.exterior->footprint_m)
         footprint.push_back({corner.x(), corner.y()});
-    const auto said_at = said.PositionOf(photo.name);
+    const auto said_at = measurements.PositionOf(photo.name);
     const bool started = photo.exterior && photo.exterior->approximation;
     if (!pose && footprint.empty() && !said_at && !started) continue;
     photos.push_back(
@@ -221,13 +224,13 @@ std::string MapJson(const ReviewState& state, const Measurements& said,
          {"said_at", said_at ? Numbers(said_at->ground_m) : Json()},
          {"footprint", footprint}});
   }
-  for (const GroundPoint& point : said.points)
+  for (const GroundPoint& point : measurements.points)
     points.push_back({{"point", point.name},
                       {"ground", Numbers(point.ground_m)},
                       {"sigma", Numbers(point.sigma_m)},
                       {"role", point.role == PointRole::kCheck ? "check" : "control"}});
   std::set<std::string> measured;
-  for (const ImagePointMeasurement& seen : said.image_points) measured.insert(seen.point);
+  for (const ImagePointMeasurement& seen : measurements.image_points) measured.insert(seen.point);
   Json json = {{"crs", state.block.crs ? state.block.crs->Name() : ""},
                {"photos", photos},
                {"points", points},

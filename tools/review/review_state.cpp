@@ -30,11 +30,11 @@ std::string FilesIn(const std::string& directory) {
   return all;
 }
 
-void AddSaid(const Inputs& made_from, const std::string& photo,
-             std::map<std::string, std::string>* said) {
+void AddDigest(const Inputs& made_from, const std::string& photo,
+               std::map<std::string, std::string>* digests) {
   if (made_from.empty()) return;
   const auto found = made_from.find("measurements");
-  (*said)[photo] = found == made_from.end() ? std::string() : found->second;
+  (*digests)[photo] = found == made_from.end() ? std::string() : found->second;
 }
 
 // A block's final results do not state what they were made from; its exterior stage's do.
@@ -50,16 +50,16 @@ std::shared_ptr<const ReviewState> ReadState(const std::string& directory) {
   state->block = ReadBlockRecord(directory);
   state->verdict = Judge(state->block);
   for (const PhotoRecord& photo : state->block.photos) {
-    if (photo.interior) AddSaid(photo.interior->made_from, photo.name, &state->interior_said);
-    AddSaid(ExteriorInputs(directory, photo), photo.name, &state->exterior_said);
+    if (photo.interior) AddDigest(photo.interior->made_from, photo.name, &state->interior_digests);
+    AddDigest(ExteriorInputs(directory, photo), photo.name, &state->exterior_digests);
   }
   return state;
 }
 
-bool Differs(const std::map<std::string, std::string>& said, const std::string& photo,
+bool Differs(const std::map<std::string, std::string>& digests, const std::string& photo,
              const std::string& text) {
-  const auto then = said.find(photo);
-  return then != said.end() && then->second != (text.empty() ? text : block::Digest(text));
+  const auto then = digests.find(photo);
+  return then != digests.end() && then->second != (text.empty() ? text : block::Digest(text));
 }
 
 }  // namespace
@@ -80,9 +80,10 @@ std::shared_ptr<const ReviewState> ReviewStates::Now() {
   return state_;
 }
 
-bool IsPending(const ReviewState& state, const Measurements& said, const std::string& photo) {
-  return Differs(state.interior_said, photo, TextOfMarks(said, photo)) ||
-         Differs(state.exterior_said, photo, TextOfPoints(said, photo));
+bool IsPending(const ReviewState& state, const Measurements& measurements,
+               const std::string& photo) {
+  return Differs(state.interior_digests, photo, TextOfMarks(measurements, photo)) ||
+         Differs(state.exterior_digests, photo, TextOfPoints(measurements, photo));
 }
 
 }  // namespace orient

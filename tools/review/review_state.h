@@ -17,7 +17,7 @@ struct ReviewState {
   BlockVerdict verdict;
   // By photo: digest of the measurements and decisions its results were made from (empty: none);
   // missing if there is no result that states it.
-  std::map<std::string, std::string> interior_said, exterior_said;
+  std::map<std::string, std::string> interior_digests, exterior_digests;
 
   const PhotoRecord* Photo(const std::string& name) const;
 };
@@ -38,6 +38,7 @@ class ReviewStates {
 };
 
 // Whether something was said of the photo since it was oriented.
-bool IsPending(const ReviewState& state, const Measurements& said, const std::string& photo);
+bool IsPending(const ReviewState& state, const Measurements& measurements,
+               const std::string& photo);
 
 }  // namespace orient

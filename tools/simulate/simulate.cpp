@@ -73,7 +73,7 @@ void PutOverEarth(const SimulationOptions& options, const BlockLayout& layout,
   const double flying_m =
       photos.empty() ? layout.mean_height_m : photos[photos.size() / 2].pose.position_m.z();
   camera->over_earth =
-      OverEarth(camera->file.camera, options.earth, flying_m, layout.mean_height_m);
+      WithEarthEffects(camera->file.camera, options.earth, flying_m, layout.mean_height_m);
 }
 
 Block PlanEverything(const SimulationOptions& options, const std::string& directory) {

@@ -33,7 +33,7 @@ class SaidInABlock : public testing::Test {
     Say("3", "505100 5005200 60");
   }
   void Say(const std::string& photo, const std::string& value) {
-    said_.decisions.push_back({photo, DecisionKind::kPosition, value, "", {}});
+    measurements_.decisions.push_back({photo, DecisionKind::kPosition, value, "", {}});
   }
   OrientationTable Known(const std::string& more, bool table = true) {
     if (table)
@@ -44,19 +44,19 @@ class SaidInABlock : public testing::Test {
                         "camera = \"camera.toml\"\nphotos = [\"1.tif\", \"2.tif\", \"3.tif\"]\n" +
                             std::string(table ? "approximations = \"approx.csv\"\n" : "") + more);
     const BlockFile block = ReadBlockFile(folder_ / "block.toml");
-    return BlockApproximations(block, camera_, said_).Table();
+    return BlockApproximations(block, camera_, measurements_).Table();
   }
 
   TemporaryFolder folder_;
   Camera camera_;
-  Measurements said_;
+  Measurements measurements_;
 };
 
 constexpr const char* kStrip = "[[strips]]\nphotos = [\"1\", \"2\", \"3\"]\n";
 
 TEST_F(SaidInABlock, APhotoThatItsStripLocatesKeepsTheStripsHeightAndAngles) {
   const OrientationTable said = Known(kStrip);
-  said_ = {};
+  measurements_ = {};
   const OrientationTable unsaid = Known(kStrip);
   const OrientationRow& with = *said.Find("3");
   const OrientationRow& without = *unsaid.Find("3");

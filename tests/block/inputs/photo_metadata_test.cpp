@@ -169,14 +169,14 @@ TEST(BlockApproximations, AWeakPoseFarFromItsApproximationTeachesNothing) {
   result.pose = before.pose;
   result.covariance = Matrix6d::Identity() * 0.01;
   result.status = Status::kWeak;
-  EXPECT_TRUE(TeachesStrip(result, &before));
-  EXPECT_FALSE(TeachesStrip(result, nullptr));
+  EXPECT_TRUE(LocatesStrip(result, &before));
+  EXPECT_FALSE(LocatesStrip(result, nullptr));
   result.pose->position_m.x() += 60;
-  EXPECT_FALSE(TeachesStrip(result, &before));
+  EXPECT_FALSE(LocatesStrip(result, &before));
   result.status = Status::kOk;
-  EXPECT_TRUE(TeachesStrip(result, &before));
+  EXPECT_TRUE(LocatesStrip(result, &before));
   result.pose.reset();
-  EXPECT_FALSE(TeachesStrip(result, &before));
+  EXPECT_FALSE(LocatesStrip(result, &before));
 }
 
 TEST(PhotoMetadata, OfAFileThatSaysNothingIsNothing) {

@@ -39,10 +39,10 @@ class PointStartOf : public testing::Test {
       const double height_m = kGround_m + 30.0 * (i % 2);
       const Eigen::Vector3d ground_m =
           ray.origin_m + ray.direction * (height_m - ray.origin_m.z()) / ray.direction.z();
-      const std::string name = "p" + std::to_string(said().points.size());
-      said().points.push_back({name, ground_m + Eigen::Vector3d(wrong_m, 0, 0),
-                               Eigen::Vector3d::Constant(sigma_m), role});
-      said().image_points.push_back(
+      const std::string name = "p" + std::to_string(measurements().points.size());
+      measurements().points.push_back({name, ground_m + Eigen::Vector3d(wrong_m, 0, 0),
+                                       Eigen::Vector3d::Constant(sigma_m), role});
+      measurements().image_points.push_back(
           {"4711", name, *TrueView().PixelFromGround(ground_m), std::nullopt, sigma_px});
     }
   }
@@ -68,7 +68,7 @@ class PointStartOf : public testing::Test {
   exterior::PhotoToOrient Photo() const {
     return {"4711", camera_, {position_}, approximation_, true, {}, &setting_.surface};
   }
-  Measurements& said() { return options_.measurements; }
+  Measurements& measurements() { return options_.measurements; }
 
   static Camera FilmCamera() {
     Camera camera;
@@ -106,7 +106,7 @@ TEST_F(PointStartOf, AgreeingPointsAndApproximationTogetherAreMorePreciseThanEit
 TEST_F(PointStartOf, AnAccuracyThatNobodyStatedIsNotStatedByPoints) {
   Measure(5, 20, 20);
   EXPECT_FALSE(Start(false).stated);
-  said() = {};
+  measurements() = {};
   Measure(3, 1, 1);  // the approximation is in their pose
   EXPECT_FALSE(Start(false).stated);
 }
@@ -132,7 +132,7 @@ TEST_F(PointStartOf, AnApproximationThatIsInThePointsPoseIsNotCountedTwice) {
 TEST_F(PointStartOf, MostControlPointsBesideAPoseContradictIt) {
   Measure(5, 1, 0.1);
   EXPECT_FALSE(Contradict(Start(true)));
-  said() = {};
+  measurements() = {};
   Measure(5, 1, 0.1, PointRole::kControl, 60);
   EXPECT_TRUE(Contradict(Start(true)));
 }
@@ -146,7 +146,7 @@ TEST_F(PointStartOf, CheckPointsDecideNothing) {
   CompareWithPoints(setting_, Photo(), start, &found);
   EXPECT_TRUE(Has(found.findings, Reason::kPointsOffPose)) << "they are compared";
 
-  said() = {};
+  measurements() = {};
   Measure(5, 1, 0.1, PointRole::kControl, 60);
   Measure(7, 1, 0.1, PointRole::kCheck);
   EXPECT_TRUE(Contradict(Start(true)));
@@ -154,11 +154,11 @@ TEST_F(PointStartOf, CheckPointsDecideNothing) {
 
 TEST_F(PointStartOf, PointsThatTheOthersShowToBeWrongHaveNoVote) {
   Measure(6, 1, 0.1);
-  for (const std::size_t i : {1, 4}) said().points[i].ground_m.y() += 300;
+  for (const std::size_t i : {1, 4}) measurements().points[i].ground_m.y() += 300;
   PointStart start = Start(true);
   ASSERT_TRUE(start.by_points);
   EXPECT_EQ(start.by_points->Used(), 4);
-  for (std::size_t i = 0; i < 2; ++i) said().points[2 + i].ground_m.x() += 60;
+  for (std::size_t i = 0; i < 2; ++i) measurements().points[2 + i].ground_m.x() += 60;
   EXPECT_FALSE(Contradict(start)) << "two of the four used";
 }
 

@@ -217,7 +217,7 @@ TEST(JudgeAgainstOwnPatches, AllThatSpeaksAgainstItIsSaid) {
 
 class LiftImprecisionOf : public testing::Test {
  protected:
-  void Lift(const TiedPhoto& photo) { LiftImprecision(photo, &result_); }
+  void Lift(const TiedPhoto& photo) { RejudgePrecision(photo, &result_); }
   static ExteriorResult Weak(const Findings& findings) {
     ExteriorResult result;
     result.status = Status::kWeak;

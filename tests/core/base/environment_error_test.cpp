@@ -23,7 +23,7 @@ bool IsRethrown(const Thrown& thrown) {
     try {
       throw thrown;
     } catch (...) {
-      RethrowOfEnvironment();
+      RethrowIfMachineFault();
     }
   } catch (const EnvironmentError&) {
     return true;
@@ -47,9 +47,9 @@ TEST(EnvironmentError, MemoryThatIsOutIsNoVerdictAndADamagedFileIsOne) {
 
 TEST(EnvironmentError, AMachineThatOpensNoFileAnyMoreIsShort) {
   ORIENT_REQUIRE_FEW_FILES();
-  ThrowIfMachineIsShort();
+  ThrowIfOutOfResources();
   const FewFiles none(0);
-  EXPECT_THROW(ThrowIfMachineIsShort(), EnvironmentError);
+  EXPECT_THROW(ThrowIfOutOfResources(), EnvironmentError);
 }
 
 // As on a full disk: no file may grow beyond the limit.

@@ -54,10 +54,10 @@ TEST(RemoteFiles, SecretsAreNotWrittenDown) {
 
 TEST(RemoteFiles, PatienceEndsWithTheFirstAnswerOrTheLastAttempt) {
   int attempts = 0;
-  EXPECT_TRUE(Patiently([&] { return ++attempts == 2; }));
+  EXPECT_TRUE(WithRetries([&] { return ++attempts == 2; }));
   EXPECT_EQ(attempts, 2);
   attempts = 0;
-  EXPECT_FALSE(Patiently([&] { return ++attempts == 0; }));
+  EXPECT_FALSE(WithRetries([&] { return ++attempts == 0; }));
   EXPECT_EQ(attempts, 4);
 }
 

@@ -40,16 +40,16 @@ TEST_F(MeasurementFiles, AreReadAsTheyWereWritten) {
   ASSERT_EQ(read.marks.size(), 2u);
   EXPECT_EQ(read.marks[0].photo, "a,1");
   EXPECT_EQ(read.marks[0].pixel, marks[0].pixel);
-  EXPECT_EQ(read.marks[0].said.by, "J. Smith");
+  EXPECT_EQ(read.marks[0].attribution.by, "J. Smith");
   EXPECT_FALSE(read.marks[0].exact);
   EXPECT_EQ(read.marks[1].mark, "=cmd");
   EXPECT_TRUE(read.marks[1].exact);
   ASSERT_EQ(read.image_points.size(), 1u);
   EXPECT_EQ(*read.image_points[0].pixel, Eigen::Vector2d(3, 4));
-  EXPECT_EQ(read.image_points[0].said.by, "J");
+  EXPECT_EQ(read.image_points[0].attribution.by, "J");
   ASSERT_NE(read.Point("p1"), nullptr);
   EXPECT_EQ(read.Point("p1")->role, PointRole::kCheck);
-  EXPECT_EQ(read.Point("p1")->said.by, "K, L");
+  EXPECT_EQ(read.Point("p1")->attribution.by, "K, L");
   EXPECT_EQ(read.Point("p2"), nullptr);
   EXPECT_EQ(read.OrientationOf("b"), ScanOrientation::kR90);
   EXPECT_FALSE(read.OrientationOf("a,1"));
@@ -102,21 +102,21 @@ TEST_F(MeasurementFiles, WrongDecisionsAreRefused) {
 }
 
 TEST_F(MeasurementFiles, TextsChangeWithWhatIsSaidAndNotWithWhoSaysIt) {
-  Measurements said;
-  said.marks = {{"a", "1", {1, 2}, 1, false, {"x", "y"}}};
-  const std::string text = TextOfMarks(said, "a");
+  Measurements measurements;
+  measurements.marks = {{"a", "1", {1, 2}, 1, false, {"x", "y"}}};
+  const std::string text = TextOfMarks(measurements, "a");
   EXPECT_FALSE(text.empty());
-  EXPECT_TRUE(TextOfMarks(said, "b").empty());
-  said.marks[0].said = {"z", ""};
-  EXPECT_EQ(TextOfMarks(said, "a"), text);
-  said.marks[0].pixel.x() += 1;
-  EXPECT_NE(TextOfMarks(said, "a"), text);
-  said.image_points = {{"a", "p", Eigen::Vector2d(1, 1), std::nullopt, 1}};
-  EXPECT_TRUE(TextOfPoints(said, "a").empty()) << "a tie does not start a photo";
-  said.points = {{"p", {1, 2, 3}, {1, 1, 1}, PointRole::kControl}};
-  const std::string points = TextOfPoints(said, "a");
-  said.points[0].ground_m.z() += 1;
-  EXPECT_NE(TextOfPoints(said, "a"), points);
+  EXPECT_TRUE(TextOfMarks(measurements, "b").empty());
+  measurements.marks[0].attribution = {"z", ""};
+  EXPECT_EQ(TextOfMarks(measurements, "a"), text);
+  measurements.marks[0].pixel.x() += 1;
+  EXPECT_NE(TextOfMarks(measurements, "a"), text);
+  measurements.image_points = {{"a", "p", Eigen::Vector2d(1, 1), std::nullopt, 1}};
+  EXPECT_TRUE(TextOfPoints(measurements, "a").empty()) << "a tie does not start a photo";
+  measurements.points = {{"p", {1, 2, 3}, {1, 1, 1}, PointRole::kControl}};
+  const std::string points = TextOfPoints(measurements, "a");
+  measurements.points[0].ground_m.z() += 1;
+  EXPECT_NE(TextOfPoints(measurements, "a"), points);
 }
 
 }  // namespace

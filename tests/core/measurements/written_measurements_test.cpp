@@ -14,17 +14,17 @@ namespace orient {
 namespace {
 namespace fs = std::filesystem;
 
-Measurements Said() {
-  Measurements said;
-  said.image_points = {{"a", "p", Eigen::Vector2d(1, 2), std::nullopt, 1}};
-  said.points = {{"p", {1, 2, 3}, {1, 1, 1}, PointRole::kControl}};
-  return said;
+Measurements Example() {
+  Measurements measurements;
+  measurements.image_points = {{"a", "p", Eigen::Vector2d(1, 2), std::nullopt, 1}};
+  measurements.points = {{"p", {1, 2, 3}, {1, 1, 1}, PointRole::kControl}};
+  return measurements;
 }
 
 TEST(WrittenMeasurements, AreOfWhatThereIsAndReadAgain) {
   const TemporaryFolder folder;
-  WriteMeasurements(folder.Path(), Said());
-  EXPECT_EQ(FilesOf(Said()), (std::vector<std::string>{"image_points.csv", "points.csv"}));
+  WriteMeasurements(folder.Path(), Example());
+  EXPECT_EQ(FilesOf(Example()), (std::vector<std::string>{"image_points.csv", "points.csv"}));
   const Measurements read = ReadMeasurements(folder.Path());
   EXPECT_EQ(read.image_points.size(), 1u);
   EXPECT_EQ(read.points.size(), 1u);
@@ -34,10 +34,10 @@ TEST(WrittenMeasurements, AreOfWhatThereIsAndReadAgain) {
 TEST(WrittenMeasurements, LeaveTheFolderAsItWasWhereOneOfThemCannotBeWritten) {
   const TemporaryFolder folder;
   fs::create_directory(folder / "points.csv");  // nothing can take its name
-  EXPECT_THROW(WriteMeasurements(folder.Path(), Said()), InputError);
+  EXPECT_THROW(WriteMeasurements(folder.Path(), Example()), InputError);
   EXPECT_FALSE(fs::exists(folder / "image_points.csv"));
   std::ofstream(folder / "image_points.csv") << "before";
-  EXPECT_THROW(WriteMeasurements(folder.Path(), Said()), InputError);
+  EXPECT_THROW(WriteMeasurements(folder.Path(), Example()), InputError);
   EXPECT_EQ(ReadFile(folder / "image_points.csv"), "before");
   EXPECT_EQ(std::distance(fs::directory_iterator(folder.Path()), fs::directory_iterator()), 2)
       << "no partial files stay";
@@ -45,9 +45,9 @@ TEST(WrittenMeasurements, LeaveTheFolderAsItWasWhereOneOfThemCannotBeWritten) {
 
 TEST(WrittenMeasurements, InPixelsAndMillimetresAreNotWritten) {
   const TemporaryFolder folder;
-  Measurements said = Said();
-  said.image_points.push_back({"a", "q", std::nullopt, Eigen::Vector2d(1, 2), 1});
-  EXPECT_THROW(WriteMeasurements(folder.Path(), said), std::invalid_argument);
+  Measurements measurements = Example();
+  measurements.image_points.push_back({"a", "q", std::nullopt, Eigen::Vector2d(1, 2), 1});
+  EXPECT_THROW(WriteMeasurements(folder.Path(), measurements), std::invalid_argument);
   EXPECT_TRUE(fs::is_empty(folder.Path()));
 }
 

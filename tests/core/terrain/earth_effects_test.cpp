@@ -86,7 +86,7 @@ TEST(EarthEffects, RefractionIsThatOfTheAirBetweenCameraAndGround) {
 // The whole chain: a ground point on the sphere, projected by its map coordinates.
 TEST(EarthEffects, ACameraOverTheEarthShowsMapCoordinatesWhereTheyAre) {
   const double flying_m = 4000;
-  const Camera camera = OverEarth(WideAngle(), EarthMode::kCurved, flying_m, 0);
+  const Camera camera = WithEarthEffects(WideAngle(), EarthMode::kCurved, flying_m, 0);
   const Pose pose = {{500000, 5000000, flying_m}, {0, 0, 0}};
   const double across_m = 110 / kC_mm * flying_m;
   const auto seen = PhotoFromGround(camera, pose, {500000 + across_m, 5000000, 0});
@@ -104,7 +104,7 @@ TEST(EarthEffects, AddToEveryKindOfLens) {
         LensDistortion{RadialTable{{0, 50, 100, 150}, {0, 4, -2, 6}}}}) {
     Camera camera = WideAngle();
     camera.lens = lens;
-    const Camera over = OverEarth(camera, EarthMode::kCurved, 5000, 200);
+    const Camera over = WithEarthEffects(camera, EarthMode::kCurved, 5000, 200);
     EXPECT_LT((DistortionAt(over.lens, point) - DistortionAt(lens, point) - added).norm(), 5e-5);
   }
 }
@@ -112,7 +112,7 @@ TEST(EarthEffects, AddToEveryKindOfLens) {
 TEST(EarthEffects, CurvatureIsToldFromRefraction) {
   for (const double flying_m : {800.0, 3500.0, 9000.0})
     for (const double ground_m : {0.0, 700.0}) {
-      const Camera over = OverEarth(WideAngle(), EarthMode::kCurved, flying_m, ground_m);
+      const Camera over = WithEarthEffects(WideAngle(), EarthMode::kCurved, flying_m, ground_m);
       const double curvature = -(flying_m - ground_m) / (2 * kEarthRadius_m * kC_mm * kC_mm);
       EXPECT_NEAR(CurvatureOf(over, ground_m), curvature, 1e-6 * std::abs(curvature));
     }
@@ -133,15 +133,15 @@ TEST(EarthEffects, LargestIsWhatTheFlyingHeightDoesNotAbsorb) {
 
 TEST(EarthEffects, AreOnByThemselvesWhereTheyExceedATenthOfAPixel) {
   // Film at 1:10 000: 10 um in the corners.
-  EXPECT_LT(OverEarth(WideAngle(), EarthMode::kAuto, 1700, 200).earth_k1, 0);
-  EXPECT_EQ(OverEarth(WideAngle(), EarthMode::kFlat, 1700, 200).earth_k1, 0);
+  EXPECT_LT(WithEarthEffects(WideAngle(), EarthMode::kAuto, 1700, 200).earth_k1, 0);
+  EXPECT_EQ(WithEarthEffects(WideAngle(), EarthMode::kFlat, 1700, 200).earth_k1, 0);
   Camera drone = WideAngle();
   drone.kind = CameraKind::kDigital;
   drone.principal_distance_mm = 10;
   drone.frame_mm = {13, 9};
   drone.image_px = Eigen::Vector2i(5472, 3648);
-  EXPECT_EQ(OverEarth(drone, EarthMode::kAuto, 300, 200).earth_k1, 0);
-  EXPECT_LT(OverEarth(drone, EarthMode::kCurved, 300, 200).earth_k1, 0);
+  EXPECT_EQ(WithEarthEffects(drone, EarthMode::kAuto, 300, 200).earth_k1, 0);
+  EXPECT_LT(WithEarthEffects(drone, EarthMode::kCurved, 300, 200).earth_k1, 0);
 }
 
 }  // namespace

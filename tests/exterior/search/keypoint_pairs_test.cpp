@@ -75,7 +75,7 @@ TEST_F(BackedPairsOfAPhoto, RightOnesBackOneAnotherAtAnyTurnAndMirrored) {
       pairs_.clear();
       AddRight(12, turn_rad, mirrored);
       AddWrong(60, turn_rad);
-      const std::vector<int> backing = Backing(pairs_, photo_, chips_, mirrored, kApart_px);
+      const std::vector<int> backing = SupportCounts(pairs_, photo_, chips_, mirrored, kApart_px);
       double right = 0, wrong = 0;
       for (std::size_t i = 0; i < backing.size(); ++i) (i < 12 ? right : wrong) += backing[i];
       EXPECT_GT(right / 12, 7) << turn_rad << ' ' << mirrored;
@@ -90,18 +90,18 @@ TEST_F(BackedPairsOfAPhoto, OneChipBacksAnotherOnceAndNeverItself) {
     Add(chips_.ground_m[0].head<2>(), photo_.pixels[0], 0.4);
     chips_.chip.back() = 0;
   }
-  const std::vector<int> backing = Backing(pairs_, photo_, chips_, false, kApart_px);
+  const std::vector<int> backing = SupportCounts(pairs_, photo_, chips_, false, kApart_px);
   EXPECT_EQ(backing[0], 1);
   EXPECT_EQ(backing[1], 1);
 }
 
 TEST_F(BackedPairsOfAPhoto, ChipsOfTheSameGroundDoNotBackOneAnother) {
   for (const double east_m : {0.0, 5.0, 10.0}) Add({east_m, 0}, Seen({east_m, 0}, 0.4, false), 0.4);
-  EXPECT_EQ(Backing(pairs_, photo_, chips_, false, kApart_px), std::vector<int>({0, 0, 0}));
+  EXPECT_EQ(SupportCounts(pairs_, photo_, chips_, false, kApart_px), std::vector<int>({0, 0, 0}));
 }
 
 TEST_F(BackedPairsOfAPhoto, OfNoPairsThereIsNone) {
-  EXPECT_TRUE(Backing({}, photo_, chips_, false, kApart_px).empty());
+  EXPECT_TRUE(SupportCounts({}, photo_, chips_, false, kApart_px).empty());
 }
 
 }  // namespace

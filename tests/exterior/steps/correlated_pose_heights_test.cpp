@@ -178,15 +178,16 @@ TEST(CorrelatedPoseHeights, WhatTheyHaveInCommonIsAShiftOfTheHeight) {
   const auto of_orthophotos = EstimateCorrelatedPose(view, prior, observations, Common());
   ASSERT_TRUE(of_orthophotos);
   const double common_m2 = kCommonHeightShare * kHeightSigma_m * kHeightSigma_m;
-  EXPECT_NEAR(of_orthophotos->of_common_heights(2, 2), common_m2, 0.02 * common_m2);
-  EXPECT_LT(of_orthophotos->of_common_heights(0, 0), 0.02 * common_m2);
-  EXPECT_LT(of_orthophotos->of_common_heights(1, 1), 0.02 * common_m2);
-  EXPECT_LT(of_orthophotos->of_common_heights(2, 2), of_orthophotos->honest_covariance(2, 2));
+  EXPECT_NEAR(of_orthophotos->common_height_covariance(2, 2), common_m2, 0.02 * common_m2);
+  EXPECT_LT(of_orthophotos->common_height_covariance(0, 0), 0.02 * common_m2);
+  EXPECT_LT(of_orthophotos->common_height_covariance(1, 1), 0.02 * common_m2);
+  EXPECT_LT(of_orthophotos->common_height_covariance(2, 2),
+            of_orthophotos->honest_covariance(2, 2));
 
   for (PatchObservation& o : observations) o.surface_sigma_m = 0;
   const auto of_points = EstimateCorrelatedPose(view, prior, observations, Common());
   ASSERT_TRUE(of_points);
-  EXPECT_EQ(of_points->of_common_heights.norm(), 0);
+  EXPECT_EQ(of_points->common_height_covariance.norm(), 0);
 }
 
 // What no residual shows, for the pose follows it.

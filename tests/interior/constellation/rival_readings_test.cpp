@@ -34,17 +34,17 @@ FilmReading Reading(double nats, const std::vector<bool>& found,
 
 TEST(RivalReadings, OfOneFilmSayTheSameHoweverManyMarksTheyFound) {
   const FilmReading all = Reading(30, {true, true, true, true});
-  EXPECT_TRUE(SaysTheSame(all, Reading(10, {true, true, false, false})));
-  EXPECT_TRUE(SaysTheSame(all, Reading(20, {false, true, true, true})));
-  EXPECT_TRUE(SaysTheSame(Reading(10, {true, true, false, false}),
-                          Reading(10, {false, false, true, true})));
+  EXPECT_TRUE(ReadingsAgree(all, Reading(10, {true, true, false, false})));
+  EXPECT_TRUE(ReadingsAgree(all, Reading(20, {false, true, true, true})));
+  EXPECT_TRUE(ReadingsAgree(Reading(10, {true, true, false, false}),
+                            Reading(10, {false, false, true, true})));
 }
 
 TEST(RivalReadings, WithTwoMarksInCommonDifferWhereTheirOtherMarksMoveTheFilm) {
   const std::vector<Vector2d> moved = {{0, 0}, {0, 0}, {0, 4}, {0, 4}};
   const FilmReading right = Reading(25, {true, true, true, false});
   const FilmReading other = Reading(24, {true, true, false, true}, moved);
-  EXPECT_FALSE(SaysTheSame(right, other));
+  EXPECT_FALSE(ReadingsAgree(right, other));
   EXPECT_NEAR(BestOf({right, other}).margin, 1, 1e-9);
 }
 

@@ -152,7 +152,7 @@ TEST(Convert, GeocentricSystemLeavesTheCurvature) {
 TEST(Convert, CurvatureIsInTheLensOrInTheGroundAndNotInBoth) {
   const TemporaryFolder folder;
   ConvertSource source = TwoPhotos();
-  source.cameras[0] = OverEarth(source.cameras[0], EarthMode::kCurved, 3827.4, 300);
+  source.cameras[0] = WithEarthEffects(source.cameras[0], EarthMode::kCurved, 3827.4, 300);
   source.block.cameras[0] = ExchangeCameraOf(source.cameras[0]).camera;
   const double curvature = CurvatureOf(source.cameras[0], 300);
   EXPECT_LT(curvature, source.cameras[0].earth_k1);
@@ -195,7 +195,7 @@ TEST(Convert, CurvatureIsInTheLensOrInTheGroundAndNotInBoth) {
 TEST(Convert, CurvatureOfAGivenCameraIsComparedWithTheExports) {
   const TemporaryFolder folder;
   ConvertSource source = TwoPhotos();
-  source.cameras[0] = OverEarth(source.cameras[0], EarthMode::kCurved, 3827.4, 300);
+  source.cameras[0] = WithEarthEffects(source.cameras[0], EarthMode::kCurved, 3827.4, 300);
   source.block.cameras[0] = ExchangeCameraOf(source.cameras[0]).camera;
   const auto written = WriteExports(source, {{ExchangeFormat::kAsp}, folder.Path(), 0, {}}).front();
   CameraFile file = ReadCameraFile((fs::path(written.directory) / "camera.toml").string());

@@ -66,9 +66,9 @@ class ReviewTest : public testing::Test {
   }
   static Json Read(const Reply& reply) { return Json::parse(*reply.body); }
   static Json List(Review* review) { return Read(review->Get({"api", "list"}, {})); }
-  static Reply Say(Review* review, Json word) {
-    word["version"] = List(review).at("version");
-    return review->Post({"api", "say"}, word.dump());
+  static Reply Say(Review* review, Json entry) {
+    entry["version"] = List(review).at("version");
+    return review->Post({"api", "say"}, entry.dump());
   }
   static Json Decision(const char* photo, const char* decision) {
     return {{"about", decision},
@@ -163,11 +163,12 @@ TEST_F(ReviewTest, ServesThePageAndNothingElse) {
 TEST_F(ReviewTest, WritesWhatIsSaidWithNameAndDate) {
   Review review(Options());
   ASSERT_EQ(Say(&review, Decision("b<b>", "accept")).status, 200);
-  const Measurements said = ReadMeasurements(folder_ / "said");
-  ASSERT_EQ(said.decisions.size(), 1u);
-  EXPECT_EQ(said.decisions[0].photo, "b<b>");
-  EXPECT_EQ(said.decisions[0].said.by, "J");
-  EXPECT_EQ(said.decisions[0].said.when.size(), std::string("2024-05-01T10:00:00Z").size());
+  const Measurements measurements = ReadMeasurements(folder_ / "said");
+  ASSERT_EQ(measurements.decisions.size(), 1u);
+  EXPECT_EQ(measurements.decisions[0].photo, "b<b>");
+  EXPECT_EQ(measurements.decisions[0].attribution.by, "J");
+  EXPECT_EQ(measurements.decisions[0].attribution.when.size(),
+            std::string("2024-05-01T10:00:00Z").size());
   EXPECT_EQ(List(&review).at("photos")[1].at("decisions")[0].at("decision"), "accept");
   EXPECT_EQ(List(&review).at("undo"), "accept");
   const Json undo = {{"version", List(&review).at("version")}};

@@ -50,8 +50,8 @@ CameraFile OverTheEarth(const BlockFile& block, const CameraFile& camera,
     }
   CameraFile over = camera;
   if (photos > 0 && points > 0)
-    over.camera =
-        OverEarth(camera.camera, block.earth, height_m / photos, ground_m / points, kPixel_mm);
+    over.camera = WithEarthEffects(camera.camera, block.earth, height_m / photos, ground_m / points,
+                                   kPixel_mm);
   return over;
 }
 

@@ -112,16 +112,16 @@ class SlurmCommand : public Command {
   // Time and memory of a photo: measured now on two photos, or as measured before.
   StageNeeds Needs(const BlockFile& file, block::BlockStage stage, std::ostream& out) const {
     const auto before = ReadStageNeeds(jobs_.folder, block::Name(stage));
-    if (before && !overwrite_) return Told(stage, *before, "measured before", out);
+    if (before && !overwrite_) return Reported(stage, *before, "measured before", out);
     const bool asked = minutes_ && megabytes_ && parts_;
     const auto measured = asked || no_measure_ ? std::nullopt : Measure(file, stage);
-    if (measured) return Told(stage, *measured, "measured", out);
-    if (before) return Told(stage, *before, "measured before", out);
-    return asked ? kUnknown : Told(stage, kUnknown, "not measured, taken for", out);
+    if (measured) return Reported(stage, *measured, "measured", out);
+    if (before) return Reported(stage, *before, "measured before", out);
+    return asked ? kUnknown : Reported(stage, kUnknown, "not measured, taken for", out);
   }
 
-  static StageNeeds Told(block::BlockStage stage, const StageNeeds& needs, const char* whence,
-                         std::ostream& out) {
+  static StageNeeds Reported(block::BlockStage stage, const StageNeeds& needs, const char* whence,
+                             std::ostream& out) {
     out << fmt::format("{} orientation, {}: {:.1f} s a photo, {:.0f} MB\n", block::Name(stage),
                        whence, needs.seconds, needs.megabytes);
     return needs;

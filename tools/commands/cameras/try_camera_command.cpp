@@ -13,7 +13,7 @@
 
 #include "block/inputs/camera_library.h"
 #include "block/inputs/mark_shapes.h"
-#include "block/inputs/persons_word.h"
+#include "block/inputs/measurement_inputs.h"
 #include "core/base/error.h"
 #include "core/base/number_text.h"
 #include "core/files/camera_file.h"

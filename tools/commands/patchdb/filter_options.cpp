@@ -117,12 +117,12 @@ void FilterOptions::DeclareRules(CLI::App& app) {
       ->check(CLI::Range(0.0, 1.0));
   app.add_option("--min-failures", min_failures_, "At least this many failed attempts (weighted)");
   app.add_option("--older-than", older_than_, "Source taken before this date (ISO 8601)")
-      ->check(WhyNoDate);
+      ->check(DateProblem);
 }
 
 void FilterOptions::DeclareRetired(CLI::App& app) {
   app.add_option("--retired-before", retired_before_, "Retired before this date (ISO 8601)")
-      ->check(WhyNoDate);
+      ->check(DateProblem);
 }
 
 patchdb::PatchFilter FilterOptions::Filter(const patchdb::PatchDatabase& database,

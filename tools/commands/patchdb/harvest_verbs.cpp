@@ -43,7 +43,7 @@ struct HarvestArguments {
         "--dsm", run.dsm,
         "Surface model with buildings and trees, to refuse patches on them: formats as for --dem");
     app.add_option("--date", date, "Date of the images, ISO 8601 (1961, 1961-07-30)")
-        ->check(WhyNoDate);
+        ->check(DateProblem);
     app.add_option("--provenance", provenance, "Who made the images, from what");
     app.add_option("--licence", licence, "Licence of the images");
     app.add_option("--chip-px", options.chip_px, "Side of a chip in pixels, odd");
@@ -158,7 +158,7 @@ class AddGcpVerb : public PatchdbVerb {
                      "Folder of interior orientations (film cameras)");
     AddEarthOption(*verb, &photos_.earth);
     verb->add_option("--date", date_, "Date of the images, ISO 8601 (1961, 1961-07-30)")
-        ->check(WhyNoDate);
+        ->check(DateProblem);
     verb->add_option("--provenance", provenance_, "Who surveyed the points");
     verb->add_option("--chip-px", control_.chip_px, "Side of a chip in pixels, odd");
     return verb;

@@ -152,10 +152,11 @@ class ReviewCommand : public Command {
     options_.why_not_again = stages_.why_not;
     if (stages_.why_not.empty())
       options_.run_again = [this](ProgressListener* listener) {
-        const Measurements said = SaidNothing() ? Measurements() : ReadMeasurements(measurements_);
+        const Measurements measurements =
+            HasNoEntries() ? Measurements() : ReadMeasurements(measurements_);
         std::ostringstream unheard;
         if (learn_ && stages_.exterior) BringUpToDateToLearn(stages_.exterior->patchdb, unheard);
-        DoAgain(stages_, said, learn_, jobs_, listener);
+        DoAgain(stages_, measurements, learn_, jobs_, listener);
       };
   }
 
@@ -166,7 +167,7 @@ class ReviewCommand : public Command {
     options.block.camera = block::FindCameraFile(options.block.camera, library_);
     if (!FindBlockControl(library_, &options.block))
       throw InputError(options.block.patchdb + " is not there: run orient block first");
-    options.block.measurements = SaidNothing() ? "" : measurements_;
+    options.block.measurements = HasNoEntries() ? "" : measurements_;
     options.learn = learn_;
     options.jobs = jobs_;
     std::ostringstream unheard;
@@ -181,7 +182,7 @@ class ReviewCommand : public Command {
   }
 
   // Whether nothing was stated yet: reading a folder without any of the files is an error.
-  bool SaidNothing() const {
+  bool HasNoEntries() const {
     for (const char* file : {kMarksFile, kImagePointsFile, kPointsFile, kDecisionsFile})
       if (fs::exists(fs::path(measurements_) / file)) return false;
     return true;

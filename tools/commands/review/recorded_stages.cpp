@@ -88,11 +88,11 @@ RecordedStages ReadRecordedStages(const std::string& directory) {
   return stages;
 }
 
-void DoAgain(const RecordedStages& stages, const Measurements& said, bool learn, int jobs,
+void DoAgain(const RecordedStages& stages, const Measurements& measurements, bool learn, int jobs,
              ProgressListener* listener) {
   std::optional<block::ExteriorRunOptions> exterior = stages.exterior;
   if (exterior) {
-    exterior->measurements = said;
+    exterior->measurements = measurements;
     exterior->learn = learn;
     exterior->resume = true;
     exterior->jobs = jobs;
@@ -100,7 +100,7 @@ void DoAgain(const RecordedStages& stages, const Measurements& said, bool learn,
     if (stages.interior) block::ExteriorsThatStay(*exterior);
   }
   if (auto interior = stages.interior) {
-    interior->measurements = said;
+    interior->measurements = measurements;
     interior->resume = true;
     interior->redo_changed = false;
     interior->jobs = jobs;

@@ -23,7 +23,7 @@ RecordedStages ReadRecordedStages(const std::string& directory);
 
 // As the same commands with --resume do, with these measurements. Throws what they throw, before
 // anything is changed where the stages do not fit what is there.
-void DoAgain(const RecordedStages& stages, const Measurements& said, bool learn, int jobs,
+void DoAgain(const RecordedStages& stages, const Measurements& measurements, bool learn, int jobs,
              ProgressListener* listener);
 
 }  // namespace orient

@@ -22,7 +22,7 @@ std::vector<std::string> MarkIds(const CameraFile& camera);
 
 // Throws InputError naming the photo, a mark that was measured in it and that its camera does not
 // have, and the marks that the camera has.
-void RequireKnownMarks(const Measurements& said, const std::string& photo,
+void RequireKnownMarks(const Measurements& measurements, const std::string& photo,
                        const CameraFile& camera);
 
 // Photo names of scans, from their paths.
@@ -30,11 +30,11 @@ std::vector<std::string> PhotoNames(const std::vector<std::string>& paths);
 
 // Measurements and decisions that no photo of the run takes (a misspelt name), with the names that
 // were perhaps meant; absent: there are none.
-std::optional<Finding> UnknownPhotos(const Measurements& said,
+std::optional<Finding> UnknownPhotos(const Measurements& measurements,
                                      const std::vector<std::string>& photos);
 
 // The run's options with what was said of this photo: its clicked marks, and how it lies.
-interior::InteriorOptions WithMarksOf(const Measurements& said, const std::string& photo,
+interior::InteriorOptions WithMarksOf(const Measurements& measurements, const std::string& photo,
                                       interior::InteriorOptions options);
 
 // Accuracy of approximations that no table states (SigmaOfApproximation).
@@ -46,15 +46,16 @@ struct AssumedAccuracy {
 // and their accuracy stay the row's. A photo without a row gets unknown angles and the height
 // from `height_at` at its position, or the rows' median height with their spread as sigma. Throws
 // InputError naming the photo where there is neither.
-void TakePositionsSaid(
-    const Measurements& said, const std::vector<std::string>& photos,
+void ApplyDecidedPositions(
+    const Measurements& measurements, const std::vector<std::string>& photos,
     const AssumedAccuracy& accuracy,
     const std::function<std::optional<double>(const Eigen::Vector2d&)>& height_at,
     std::vector<OrientationRow>* rows);
 
 // The photo's measured points whose ground coordinates are known. What was measured in the photo
 // system is carried to the scan by `position`.
-std::vector<exterior::MeasuredPoint> PointsOf(const Measurements& said, const std::string& photo,
+std::vector<exterior::MeasuredPoint> PointsOf(const Measurements& measurements,
+                                              const std::string& photo,
                                               const exterior::FilmPosition& position);
 
 // Adds "measurements", where there are any for the photo: results of others stay current.
@@ -62,7 +63,7 @@ void AddMeasurements(const std::string& text, Inputs* inputs);
 
 // Accepted: what made the result weak allows ok. Rejected: it failed, and has neither transform nor
 // pose. Both say who decided it. A failed result cannot be accepted.
-void ApplyVerdict(const Measurements& said, InteriorResult* result);
-void ApplyVerdict(const Measurements& said, ExteriorResult* result);
+void ApplyVerdict(const Measurements& measurements, InteriorResult* result);
+void ApplyVerdict(const Measurements& measurements, ExteriorResult* result);
 
 }  // namespace orient::block

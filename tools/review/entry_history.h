@@ -11,28 +11,28 @@
 namespace orient {
 
 // Contents of a folder's files by their names; those that are absent are missing.
-using SaidFiles = std::map<std::string, std::string>;
+using FileTexts = std::map<std::string, std::string>;
 
 // A text that changes when any of the files does.
-std::string VersionOf(const SaidFiles& files);
+std::string VersionOf(const FileTexts& files);
 
-class SaidHistory {
+class EntryHistory {
  public:
   // Reads what earlier reviews have kept at `path`, as far as it leads to the files of now: of what
   // others have changed since, nothing is taken back. What cannot be read is forgotten.
-  SaidHistory(std::string path, const SaidFiles& now);
+  EntryHistory(std::string path, const FileTexts& now);
 
-  bool IsEmpty() const { return words_.empty(); }
+  bool IsEmpty() const { return steps_.empty(); }
   // What the latest word was about; empty where there is none.
-  std::string LatestAbout() const { return words_.empty() ? std::string() : words_.back().about; }
+  std::string LatestAbout() const { return steps_.empty() ? std::string() : steps_.back().about; }
   // Whether the files are as the latest word left them.
-  bool LeadsTo(const SaidFiles& now) const;
+  bool LeadsTo(const FileTexts& now) const;
   // The files before the latest word; those that it did not change are as in `now`.
-  SaidFiles BeforeLatest(const SaidFiles& now) const;
+  FileTexts BeforeLatest(const FileTexts& now) const;
 
   // Keeps a word that changed the files from `before` to `after`; on disk when this returns. A
   // history that cannot be written does not lose the entry: it then lives as long as this object.
-  void Add(const std::string& about, const SaidFiles& before, const SaidFiles& after);
+  void Add(const std::string& about, const FileTexts& before, const FileTexts& after);
   void ForgetLatest();
 
  private:
@@ -41,7 +41,7 @@ class SaidHistory {
     std::size_t same_at_begin = 0, same_at_end = 0;
     std::string middle;
   };
-  struct Said {
+  struct Step {
     std::string about, version_after;
     std::map<std::string, std::optional<Change>> changes;
   };
@@ -51,7 +51,7 @@ class SaidHistory {
   void Write() const;
 
   std::string path_;
-  std::vector<Said> words_;
+  std::vector<Step> steps_;
 };
 
 }  // namespace orient

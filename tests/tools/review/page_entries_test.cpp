@@ -1,4 +1,4 @@
-#include "tools/review/page_words.h"
+#include "tools/review/page_entries.h"
 
 #include <gtest/gtest.h>
 
@@ -8,10 +8,10 @@
 namespace orient {
 namespace {
 
-const SaidBy kSaid = {"J", "2024-05-01"};
+const Attribution kRecorded = {"J", "2024-05-01"};
 
 TEST(PageWords, AreReadWithWhoSaysThem) {
-  const PageWord page = WordOfPage(
+  const PageEntry page = EntryOfPage(
       R"({"version": "v", "about": "all",
           "marks": [{"photo": "a", "mark": "3", "pixel": [12.5, 80.5], "sigma": 2, "exact": true}],
           "image_points": [{"photo": "b", "point": "p", "pixel": [1, 2], "sigma": 1}],
@@ -19,24 +19,24 @@ TEST(PageWords, AreReadWithWhoSaysThem) {
           "decisions": [{"photo": "c", "decision": "polarity", "value": "negative", "reason": "r"}],
           "no_marks": [["d", "1"]], "no_image_points": [["e", "q"]],
           "no_decisions": [["f", "pixel_size"]]})",
-      kSaid);
+      kRecorded);
   EXPECT_EQ(page.version, "v");
-  const Word& word = page.word;
-  ASSERT_EQ(word.marks.size(), 1u);
-  EXPECT_EQ(word.marks[0].pixel, Eigen::Vector2d(12.5, 80.5));
-  EXPECT_TRUE(word.marks[0].exact);
-  EXPECT_EQ(word.marks[0].said.when, "2024-05-01");
-  EXPECT_EQ(*word.image_points.at(0).pixel, Eigen::Vector2d(1, 2));
-  EXPECT_EQ(word.points.at(0).role, PointRole::kCheck);
-  EXPECT_EQ(word.points[0].sigma_m, Eigen::Vector3d(1, 1, 2));
-  EXPECT_EQ(word.decisions.at(0).kind, DecisionKind::kPolarity);
-  EXPECT_EQ(word.no_decisions.at(0).second, DecisionKind::kPixelSize);
-  EXPECT_EQ(PhotosOf(word), (std::vector<std::string>{"a", "b", "c", "d", "e", "f"}));
+  const Entry& entry = page.entry;
+  ASSERT_EQ(entry.marks.size(), 1u);
+  EXPECT_EQ(entry.marks[0].pixel, Eigen::Vector2d(12.5, 80.5));
+  EXPECT_TRUE(entry.marks[0].exact);
+  EXPECT_EQ(entry.marks[0].attribution.when, "2024-05-01");
+  EXPECT_EQ(*entry.image_points.at(0).pixel, Eigen::Vector2d(1, 2));
+  EXPECT_EQ(entry.points.at(0).role, PointRole::kCheck);
+  EXPECT_EQ(entry.points[0].sigma_m, Eigen::Vector3d(1, 1, 2));
+  EXPECT_EQ(entry.decisions.at(0).kind, DecisionKind::kPolarity);
+  EXPECT_EQ(entry.no_decisions.at(0).second, DecisionKind::kPixelSize);
+  EXPECT_EQ(PhotosOf(entry), (std::vector<std::string>{"a", "b", "c", "d", "e", "f"}));
 }
 
 TEST(PageWords, TellWhatIsWrong) {
   const auto refused = [](const std::string& text, std::initializer_list<std::string> parts) {
-    ExpectError<InputError>([&] { WordOfPage(text, kSaid); }, parts);
+    ExpectError<InputError>([&] { EntryOfPage(text, kRecorded); }, parts);
   };
   refused("", {"no JSON"});
   refused("[]", {"no JSON"});

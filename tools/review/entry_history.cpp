@@ -1,4 +1,4 @@
-#include "tools/review/said_history.h"
+#include "tools/review/entry_history.h"
 
 #include <fmt/format.h>
 
@@ -16,48 +16,48 @@ using Json = nlohmann::json;
 namespace fs = std::filesystem;
 }  // namespace
 
-std::string VersionOf(const SaidFiles& files) {
+std::string VersionOf(const FileTexts& files) {
   std::string all;
   for (const auto& [name, text] : files) all += fmt::format("{} {}\n", name, text.size()) + text;
   return block::Digest(all);
 }
 
-SaidHistory::SaidHistory(std::string path, const SaidFiles& now) : path_(std::move(path)) {
+EntryHistory::EntryHistory(std::string path, const FileTexts& now) : path_(std::move(path)) {
   try {
     if (fs::exists(path_)) Read();
   } catch (const std::exception&) {  // the history is only an aid
-    words_.clear();
+    steps_.clear();
   }
   // A review may have been ended between the files and this history.
-  while (!words_.empty() && !LeadsTo(now)) words_.pop_back();
+  while (!steps_.empty() && !LeadsTo(now)) steps_.pop_back();
 }
 
-void SaidHistory::Read() {
+void EntryHistory::Read() {
   const Json history = Json::parse(ReadFile(path_));
-  for (const Json& word : history.at("words")) {
-    Said said{word.at("about"), word.at("version_after"), {}};
-    for (const auto& [file, change] : word.at("before").items()) {
-      std::optional<Change>& before = said.changes[file];
+  for (const Json& entry : history.at("words")) {
+    Step step{entry.at("about"), entry.at("version_after"), {}};
+    for (const auto& [file, change] : entry.at("before").items()) {
+      std::optional<Change>& before = step.changes[file];
       if (!change.is_null()) before = {change.at("begin"), change.at("end"), change.at("middle")};
     }
-    words_.push_back(std::move(said));
+    steps_.push_back(std::move(step));
   }
 }
 
-void SaidHistory::Write() const {
-  Json words = Json::array();
-  for (const Said& said : words_) {
+void EntryHistory::Write() const {
+  Json entries = Json::array();
+  for (const Step& step : steps_) {
     Json before = Json::object();
-    for (const auto& [file, change] : said.changes)
+    for (const auto& [file, change] : step.changes)
       before[file] = change ? Json{{"begin", change->same_at_begin},
                                    {"end", change->same_at_end},
                                    {"middle", change->middle}}
                             : Json();
-    words.push_back(
-        {{"about", said.about}, {"version_after", said.version_after}, {"before", before}});
+    entries.push_back(
+        {{"about", step.about}, {"version_after", step.version_after}, {"before", before}});
   }
   try {
-    WriteFileAtomically(path_, Json{{"words", words}}.dump());
+    WriteFileAtomically(path_, Json{{"words", entries}}.dump());
   } catch (const std::exception&) {  // a full disk, or a file that is no UTF-8
     std::error_code ignored;
     fs::remove(path_, ignored);
@@ -71,7 +71,7 @@ bool Continues(char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; 
 
 }  // namespace
 
-SaidHistory::Change SaidHistory::ChangeOf(const std::string& before, const std::string& after) {
+EntryHistory::Change EntryHistory::ChangeOf(const std::string& before, const std::string& after) {
   const std::size_t shorter = std::min(before.size(), after.size());
   const auto differs =
       std::mismatch(before.begin(), before.begin() + std::ptrdiff_t(shorter), after.begin());
@@ -88,9 +88,9 @@ SaidHistory::Change SaidHistory::ChangeOf(const std::string& before, const std::
   return {same, same_at_end, before.substr(same, before.size() - same - same_at_end)};
 }
 
-bool SaidHistory::LeadsTo(const SaidFiles& now) const {
-  if (words_.empty() || words_.back().version_after != VersionOf(now)) return false;
-  for (const auto& [file, change] : words_.back().changes) {
+bool EntryHistory::LeadsTo(const FileTexts& now) const {
+  if (steps_.empty() || steps_.back().version_after != VersionOf(now)) return false;
+  for (const auto& [file, change] : steps_.back().changes) {
     const auto found = now.find(file);
     if (found == now.end()) return false;
     const std::size_t size = found->second.size();
@@ -101,9 +101,9 @@ bool SaidHistory::LeadsTo(const SaidFiles& now) const {
   return true;
 }
 
-SaidFiles SaidHistory::BeforeLatest(const SaidFiles& now) const {
-  SaidFiles files = now;
-  for (const auto& [file, change] : words_.back().changes) {
+FileTexts EntryHistory::BeforeLatest(const FileTexts& now) const {
+  FileTexts files = now;
+  for (const auto& [file, change] : steps_.back().changes) {
     if (!change) {
       files.erase(file);
       continue;
@@ -115,21 +115,21 @@ SaidFiles SaidHistory::BeforeLatest(const SaidFiles& now) const {
   return files;
 }
 
-void SaidHistory::Add(const std::string& about, const SaidFiles& before, const SaidFiles& after) {
-  Said said{about, VersionOf(after), {}};
+void EntryHistory::Add(const std::string& about, const FileTexts& before, const FileTexts& after) {
+  Step step{about, VersionOf(after), {}};
   for (const auto& [file, text] : after) {
     const auto found = before.find(file);
     if (found == before.end())
-      said.changes[file] = std::nullopt;
+      step.changes[file] = std::nullopt;
     else if (found->second != text)
-      said.changes[file] = ChangeOf(found->second, text);
+      step.changes[file] = ChangeOf(found->second, text);
   }
-  words_.push_back(std::move(said));
+  steps_.push_back(std::move(step));
   Write();
 }
 
-void SaidHistory::ForgetLatest() {
-  words_.pop_back();
+void EntryHistory::ForgetLatest() {
+  steps_.pop_back();
   Write();
 }
 

@@ -9,12 +9,12 @@
 
 #include "core/base/folder_lock.h"
 #include "core/measurements/measurements.h"
-#include "tools/review/said_history.h"
+#include "tools/review/entry_history.h"
 
 namespace orient {
 
 // What a person enters in one action. It replaces what was entered before for the same thing.
-struct Word {
+struct Entry {
   std::vector<MarkMeasurement> marks;
   std::vector<ImagePointMeasurement> image_points;
   std::vector<GroundPoint> points;
@@ -27,19 +27,19 @@ struct Word {
   std::string about;  // for messages: "mark 3 of photo 4711"
 };
 
-enum class SayOutcome {
-  kSaid,
+enum class EntryOutcome {
+  kRecorded,
   kOtherVersion,  // the files changed after the version was read; nothing was written
   kNothing        // there is nothing to take back
 };
 
-// Safe from several threads. As long as it lives, no other program's SaidFolder has the folder;
-// files that are edited by hand meanwhile are another version.
-class SaidFolder {
+// Safe from several threads. As long as it lives, no other program's MeasurementFolder has the
+// folder; files that are edited by hand meanwhile are another version.
+class MeasurementFolder {
  public:
   // Makes the folder where it is not there. Throws InputError where it cannot, where another review
   // is open on it, or where a file in it is wrong.
-  explicit SaidFolder(const std::string& folder);
+  explicit MeasurementFolder(const std::string& folder);
 
   const std::string& Folder() const { return folder_; }
 
@@ -51,25 +51,25 @@ class SaidFolder {
   // hold, or points in pixels beside points in the photo system; nothing is written then. Before a
   // file is changed that was there when the review began, it is copied to <file>.before_review,
   // unless that is there: comments in it are not kept.
-  SayOutcome Say(const std::string& version, const Word& word);
+  EntryOutcome Record(const std::string& version, const Entry& entry);
 
   // Takes the latest word back that was said in a review of this folder, this one or an earlier
   // one, and was not taken back yet: as long as nobody else has changed the files since.
-  SayOutcome Undo(const std::string& version);
+  EntryOutcome Undo(const std::string& version);
   // What Undo would take back; empty where there is nothing.
   std::string LatestAbout() const;
 
  private:
-  SaidFiles ReadFiles() const;
-  Measurements Parsed(const SaidFiles& files) const;
-  void CopyBeforeReview(const std::string& file, const SaidFiles& now) const;
+  FileTexts ReadFiles() const;
+  Measurements Parsed(const FileTexts& files) const;
+  void CopyBeforeReview(const std::string& file, const FileTexts& now) const;
   void Write(const std::string& file, const Measurements& all) const;
 
   std::string folder_;
   FolderLock lock_;
-  SaidFiles at_start_;
+  FileTexts at_start_;
   mutable std::mutex mutex_;
-  SaidHistory history_;
+  EntryHistory history_;
 };
 
 }  // namespace orient

@@ -1,4 +1,4 @@
-#include "tools/review/said_folder.h"
+#include "tools/review/measurement_folder.h"
 
 #include <fmt/format.h>
 
@@ -50,39 +50,39 @@ void RequireSigma(double sigma) {
     throw InputError(fmt::format("sigma is {}; it must be positive", sigma));
 }
 
-void RequireSaid(const SaidBy& said) {
-  RequireText("the name of who says it", said.by, kLongestName);
-  RequireText("the date", said.when, kLongestName);
+void RequireAttribution(const Attribution& attribution) {
+  RequireText("the name of who says it", attribution.by, kLongestName);
+  RequireText("the date", attribution.when, kLongestName);
 }
 
 // Throws InputError if the files could not be read again with this statement in them.
-void RequireRight(const Word& word) {
-  for (const MarkMeasurement& mark : word.marks) {
+void RequireRight(const Entry& entry) {
+  for (const MarkMeasurement& mark : entry.marks) {
     RequireName("the photo", mark.photo);
     RequireName("the mark", mark.mark);
     for (const double number : mark.pixel) RequireNumber("the mark's pixel", number);
     RequireSigma(mark.sigma_px);
-    RequireSaid(mark.said);
+    RequireAttribution(mark.attribution);
   }
-  for (const ImagePointMeasurement& seen : word.image_points) {
+  for (const ImagePointMeasurement& seen : entry.image_points) {
     RequireName("the photo", seen.photo);
     RequireName("the point", seen.point);
     for (const double number : seen.pixel.value()) RequireNumber("the point's pixel", number);
     RequireSigma(seen.sigma);
-    RequireSaid(seen.said);
+    RequireAttribution(seen.attribution);
   }
-  for (const GroundPoint& point : word.points) {
+  for (const GroundPoint& point : entry.points) {
     RequireName("the point", point.name);
     for (const double number : point.ground_m) RequireNumber("the point's coordinate", number);
     for (const double sigma : point.sigma_m) RequireSigma(sigma);
-    RequireSaid(point.said);
+    RequireAttribution(point.attribution);
   }
-  for (const Decision& decision : word.decisions) {
+  for (const Decision& decision : entry.decisions) {
     RequireName("the photo", decision.photo);
     RequireText("the value", decision.value, kLongestName);
     RequireText("the reason", decision.reason, kLongestReason);
-    RequireSaid(decision.said);
-    if (const std::string why = WhyNoDecision(decision.kind, decision.value); !why.empty())
+    RequireAttribution(decision.attribution);
+    if (const std::string why = DecisionProblem(decision.kind, decision.value); !why.empty())
       throw InputError(
           fmt::format("the value \"{}\" of {} {}", decision.value, Name(decision.kind), why));
   }
@@ -92,44 +92,44 @@ bool IsVerdict(DecisionKind kind) {
   return kind == DecisionKind::kAccept || kind == DecisionKind::kReject;
 }
 
-void Decide(const Word& word, std::vector<Decision>* all) {
-  for (const auto& [photo, kind] : word.no_decisions)
+void Decide(const Entry& entry, std::vector<Decision>* all) {
+  for (const auto& [photo, kind] : entry.no_decisions)
     std::erase_if(*all, [&, p = photo, k = kind](const Decision& one) {
       return one.photo == p && one.kind == k;
     });
-  for (const Decision& said : word.decisions) {
+  for (const Decision& decision : entry.decisions) {
     std::erase_if(*all, [&](const Decision& one) {
-      return one.photo == said.photo &&
-             (one.kind == said.kind || (IsVerdict(one.kind) && IsVerdict(said.kind)));
+      return one.photo == decision.photo &&
+             (one.kind == decision.kind || (IsVerdict(one.kind) && IsVerdict(decision.kind)));
     });
-    all->push_back(said);
+    all->push_back(decision);
   }
 }
 
 // `key`: photo and name of a measurement.
 template <typename Measured, typename Key>
-void Measure(const std::vector<Measured>& said,
+void Measure(const std::vector<Measured>& measured,
              const std::vector<std::pair<std::string, std::string>>& not_any_more, const Key& key,
              std::vector<Measured>* all) {
   for (const auto& gone : not_any_more)
     std::erase_if(*all, [&](const Measured& one) { return key(one) == gone; });
-  for (const Measured& one : said) {
+  for (const Measured& one : measured) {
     std::erase_if(*all, [&](const Measured& other) { return key(other) == key(one); });
     all->push_back(one);
   }
 }
 
-void Add(const Word& word, Measurements* all) {
+void Add(const Entry& entry, Measurements* all) {
   const auto mark = [](const MarkMeasurement& m) { return std::pair(m.photo, m.mark); };
   const auto seen = [](const ImagePointMeasurement& m) { return std::pair(m.photo, m.point); };
   const auto point = [](const GroundPoint& p) { return std::pair(std::string(), p.name); };
-  Measure(word.marks, word.no_marks, mark, &all->marks);
-  Measure(word.image_points, word.no_image_points, seen, &all->image_points);
+  Measure(entry.marks, entry.no_marks, mark, &all->marks);
+  Measure(entry.image_points, entry.no_image_points, seen, &all->image_points);
   std::vector<std::pair<std::string, std::string>> no_points;
-  for (const std::string& name : word.no_points) no_points.emplace_back("", name);
-  Measure(word.points, no_points, point, &all->points);
-  Decide(word, &all->decisions);
-  if (!word.image_points.empty() && all->image_points.front().photo_mm)
+  for (const std::string& name : entry.no_points) no_points.emplace_back("", name);
+  Measure(entry.points, no_points, point, &all->points);
+  Decide(entry, &all->decisions);
+  if (!entry.image_points.empty() && all->image_points.front().photo_mm)
     throw InputError(fmt::format(
         "{} in {} is measured in the photo system (x_mm, y_mm), and a click is in pixels; put the "
         "clicks into a folder of their own with --measurements",
@@ -137,19 +137,19 @@ void Add(const Word& word, Measurements* all) {
 }
 
 // Ground before image points: a point that is not measured in a photo yet does no harm.
-std::vector<std::string> FilesOf(const Word& word) {
+std::vector<std::string> FilesOf(const Entry& entry) {
   std::vector<std::string> files;
-  if (!word.points.empty() || !word.no_points.empty()) files.emplace_back(kPointsFile);
-  if (!word.image_points.empty() || !word.no_image_points.empty())
+  if (!entry.points.empty() || !entry.no_points.empty()) files.emplace_back(kPointsFile);
+  if (!entry.image_points.empty() || !entry.no_image_points.empty())
     files.emplace_back(kImagePointsFile);
-  if (!word.marks.empty() || !word.no_marks.empty()) files.emplace_back(kMarksFile);
-  if (!word.decisions.empty() || !word.no_decisions.empty()) files.emplace_back(kDecisionsFile);
+  if (!entry.marks.empty() || !entry.no_marks.empty()) files.emplace_back(kMarksFile);
+  if (!entry.decisions.empty() || !entry.no_decisions.empty()) files.emplace_back(kDecisionsFile);
   return files;
 }
 
 }  // namespace
 
-SaidFolder::SaidFolder(const std::string& folder)
+MeasurementFolder::MeasurementFolder(const std::string& folder)
     : folder_(Made(folder)),
       lock_(folder_, ".orient-review.lock"),
       at_start_(ReadFiles()),
@@ -157,8 +157,8 @@ SaidFolder::SaidFolder(const std::string& folder)
   Parsed(at_start_);
 }
 
-SaidFiles SaidFolder::ReadFiles() const {
-  SaidFiles files;
+FileTexts MeasurementFolder::ReadFiles() const {
+  FileTexts files;
   for (const char* file : kFiles) {
     const fs::path path = fs::path(folder_) / file;
     if (fs::exists(path)) files[file] = ReadFile(path.string());
@@ -166,53 +166,53 @@ SaidFiles SaidFolder::ReadFiles() const {
   return files;
 }
 
-Measurements SaidFolder::Parsed(const SaidFiles& files) const {
+Measurements MeasurementFolder::Parsed(const FileTexts& files) const {
   if (!files.empty()) return ReadMeasurements(folder_);
   Measurements nothing;
   nothing.folder = folder_;
   return nothing;
 }
 
-std::pair<Measurements, std::string> SaidFolder::Read() const {
+std::pair<Measurements, std::string> MeasurementFolder::Read() const {
   const std::lock_guard lock(mutex_);
-  const SaidFiles files = ReadFiles();
+  const FileTexts files = ReadFiles();
   return {Parsed(files), VersionOf(files)};
 }
 
-void SaidFolder::CopyBeforeReview(const std::string& file, const SaidFiles& now) const {
+void MeasurementFolder::CopyBeforeReview(const std::string& file, const FileTexts& now) const {
   const std::string copy = (fs::path(folder_) / (file + ".before_review")).string();
   if (at_start_.contains(file) && now.contains(file) && !fs::exists(copy))
     WriteFileAtomically(copy, now.at(file));
 }
 
-void SaidFolder::Write(const std::string& file, const Measurements& all) const {
+void MeasurementFolder::Write(const std::string& file, const Measurements& all) const {
   if (file == kMarksFile) WriteMarks(folder_, all.marks);
   if (file == kImagePointsFile) WriteImagePoints(folder_, all.image_points);
   if (file == kPointsFile) WritePoints(folder_, all.points);
   if (file == kDecisionsFile) WriteDecisions(folder_, all.decisions);
 }
 
-SayOutcome SaidFolder::Say(const std::string& version, const Word& word) {
-  RequireRight(word);
+EntryOutcome MeasurementFolder::Record(const std::string& version, const Entry& entry) {
+  RequireRight(entry);
   const std::lock_guard lock(mutex_);
-  const SaidFiles now = ReadFiles();
-  if (VersionOf(now) != version) return SayOutcome::kOtherVersion;
+  const FileTexts now = ReadFiles();
+  if (VersionOf(now) != version) return EntryOutcome::kOtherVersion;
   Measurements all = Parsed(now);
-  Add(word, &all);
-  for (const std::string& file : FilesOf(word)) {
+  Add(entry, &all);
+  for (const std::string& file : FilesOf(entry)) {
     CopyBeforeReview(file, now);
     Write(file, all);
   }
-  history_.Add(word.about, now, ReadFiles());
-  return SayOutcome::kSaid;
+  history_.Add(entry.about, now, ReadFiles());
+  return EntryOutcome::kRecorded;
 }
 
-SayOutcome SaidFolder::Undo(const std::string& version) {
+EntryOutcome MeasurementFolder::Undo(const std::string& version) {
   const std::lock_guard lock(mutex_);
-  if (history_.IsEmpty()) return SayOutcome::kNothing;
-  const SaidFiles now = ReadFiles();
-  if (VersionOf(now) != version || !history_.LeadsTo(now)) return SayOutcome::kOtherVersion;
-  const SaidFiles before = history_.BeforeLatest(now);
+  if (history_.IsEmpty()) return EntryOutcome::kNothing;
+  const FileTexts now = ReadFiles();
+  if (VersionOf(now) != version || !history_.LeadsTo(now)) return EntryOutcome::kOtherVersion;
+  const FileTexts before = history_.BeforeLatest(now);
   for (const auto& [file, text] : now) {
     const std::string path = (fs::path(folder_) / file).string();
     const auto kept = before.find(file);
@@ -222,10 +222,10 @@ SayOutcome SaidFolder::Undo(const std::string& version) {
       WriteFileAtomically(path, kept->second);
   }
   history_.ForgetLatest();
-  return SayOutcome::kSaid;
+  return EntryOutcome::kRecorded;
 }
 
-std::string SaidFolder::LatestAbout() const {
+std::string MeasurementFolder::LatestAbout() const {
   const std::lock_guard lock(mutex_);
   return history_.LatestAbout();
 }

@@ -11,19 +11,19 @@
 
 #include <string>
 
-#include "tools/review/said_folder.h"
+#include "tools/review/measurement_folder.h"
 
 namespace orient {
 
-struct PageWord {
-  std::string version;  // of what was said, as the page had read it
-  Word word;
+struct PageEntry {
+  std::string version;  // of what was attribution, as the page had read it
+  Entry entry;
 };
 
-// `said`: who says it and when. Throws InputError naming what is wrong in the text.
-PageWord WordOfPage(const std::string& text, const SaidBy& said);
+// `attribution`: who says it and when. Throws InputError naming what is wrong in the text.
+PageEntry EntryOfPage(const std::string& text, const Attribution& attribution);
 
 // Photos that are named in it, each once.
-std::vector<std::string> PhotosOf(const Word& word);
+std::vector<std::string> PhotosOf(const Entry& entry);
 
 }  // namespace orient

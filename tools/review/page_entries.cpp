@@ -1,4 +1,4 @@
-#include "tools/review/page_words.h"
+#include "tools/review/page_entries.h"
 
 #include <fmt/format.h>
 
@@ -73,53 +73,55 @@ std::vector<std::pair<std::string, std::string>> Pairs(const Json& page, const c
   return pairs;
 }
 
-void AddMeasured(const Json& page, const SaidBy& said, Word* word) {
+void AddMeasured(const Json& page, const Attribution& attribution, Entry* entry) {
   for (const Json& mark : Elements(page, "marks"))
-    word->marks.push_back({TextAt(mark, "photo"), TextAt(mark, "mark"), VectorAt<2>(mark, "pixel"),
-                           Number(At(mark, "sigma"), "sigma"), FlagAt(mark, "exact"), said});
+    entry->marks.push_back({TextAt(mark, "photo"), TextAt(mark, "mark"), VectorAt<2>(mark, "pixel"),
+                            Number(At(mark, "sigma"), "sigma"), FlagAt(mark, "exact"),
+                            attribution});
   for (const Json& seen : Elements(page, "image_points"))
-    word->image_points.push_back({TextAt(seen, "photo"), TextAt(seen, "point"),
-                                  VectorAt<2>(seen, "pixel"), std::nullopt,
-                                  Number(At(seen, "sigma"), "sigma"), said});
+    entry->image_points.push_back({TextAt(seen, "photo"), TextAt(seen, "point"),
+                                   VectorAt<2>(seen, "pixel"), std::nullopt,
+                                   Number(At(seen, "sigma"), "sigma"), attribution});
   for (const Json& point : Elements(page, "points"))
-    word->points.push_back({TextAt(point, "point"), VectorAt<3>(point, "ground"),
-                            VectorAt<3>(point, "sigma"), RoleNamed(TextAt(point, "role")), said});
+    entry->points.push_back({TextAt(point, "point"), VectorAt<3>(point, "ground"),
+                             VectorAt<3>(point, "sigma"), RoleNamed(TextAt(point, "role")),
+                             attribution});
 }
 
-void AddDecided(const Json& page, const SaidBy& said, Word* word) {
+void AddDecided(const Json& page, const Attribution& attribution, Entry* entry) {
   for (const Json& one : Elements(page, "decisions"))
-    word->decisions.push_back({TextAt(one, "photo"), KindNamed(TextAt(one, "decision")),
-                               TextAt(one, "value"), TextAt(one, "reason"), said});
-  word->no_marks = Pairs(page, "no_marks");
-  word->no_image_points = Pairs(page, "no_image_points");
+    entry->decisions.push_back({TextAt(one, "photo"), KindNamed(TextAt(one, "decision")),
+                                TextAt(one, "value"), TextAt(one, "reason"), attribution});
+  entry->no_marks = Pairs(page, "no_marks");
+  entry->no_image_points = Pairs(page, "no_image_points");
   for (const Json& name : Elements(page, "no_points")) {
     if (!name.is_string()) throw InputError("no_points must hold names");
-    word->no_points.push_back(name.get<std::string>());
+    entry->no_points.push_back(name.get<std::string>());
   }
   for (const auto& [photo, kind] : Pairs(page, "no_decisions"))
-    word->no_decisions.emplace_back(photo, KindNamed(kind));
+    entry->no_decisions.emplace_back(photo, KindNamed(kind));
 }
 
 }  // namespace
 
-PageWord WordOfPage(const std::string& text, const SaidBy& said) {
+PageEntry EntryOfPage(const std::string& text, const Attribution& attribution) {
   const Json page = Json::parse(text, nullptr, false);
   if (page.is_discarded() || !page.is_object()) throw InputError("what the page says is no JSON");
-  PageWord result{TextAt(page, "version"), {}};
-  if (page.contains("about")) result.word.about = TextAt(page, "about");
-  AddMeasured(page, said, &result.word);
-  AddDecided(page, said, &result.word);
+  PageEntry result{TextAt(page, "version"), {}};
+  if (page.contains("about")) result.entry.about = TextAt(page, "about");
+  AddMeasured(page, attribution, &result.entry);
+  AddDecided(page, attribution, &result.entry);
   return result;
 }
 
-std::vector<std::string> PhotosOf(const Word& word) {
+std::vector<std::string> PhotosOf(const Entry& entry) {
   std::set<std::string> photos;
-  for (const auto& mark : word.marks) photos.insert(mark.photo);
-  for (const auto& seen : word.image_points) photos.insert(seen.photo);
-  for (const auto& decision : word.decisions) photos.insert(decision.photo);
-  for (const auto& [photo, mark] : word.no_marks) photos.insert(photo);
-  for (const auto& [photo, point] : word.no_image_points) photos.insert(photo);
-  for (const auto& [photo, kind] : word.no_decisions) photos.insert(photo);
+  for (const auto& mark : entry.marks) photos.insert(mark.photo);
+  for (const auto& seen : entry.image_points) photos.insert(seen.photo);
+  for (const auto& decision : entry.decisions) photos.insert(decision.photo);
+  for (const auto& [photo, mark] : entry.no_marks) photos.insert(photo);
+  for (const auto& [photo, point] : entry.no_image_points) photos.insert(photo);
+  for (const auto& [photo, kind] : entry.no_decisions) photos.insert(photo);
   return {photos.begin(), photos.end()};
 }
 

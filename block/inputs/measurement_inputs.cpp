@@ -1,4 +1,4 @@
-#include "block/inputs/persons_word.h"
+#include "block/inputs/measurement_inputs.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -20,28 +20,28 @@ namespace orient::block {
 namespace {
 namespace fs = std::filesystem;
 
-Finding Said(Reason reason, const Decision& decision, Status at_best) {
+Finding DecisionFinding(Reason reason, const Decision& decision, Status at_best) {
   return {.reason = reason, .at_best = at_best, .where = TextOf(decision)};
 }
 
 // True if the photo is rejected.
 template <typename Result>
-bool Judge(const Measurements& said, Result* result) {
+bool Judge(const Measurements& measurements, Result* result) {
   std::erase_if(result->findings, [](const Finding& finding) {  // of an earlier stage
     return finding.reason == Reason::kAcceptedByPerson ||
            finding.reason == Reason::kRejectedByPerson;
   });
-  const Decision* accepted = said.DecisionOn(result->photo, DecisionKind::kAccept);
+  const Decision* accepted = measurements.DecisionOn(result->photo, DecisionKind::kAccept);
   if (accepted && result->status != Status::kFailed) {
     for (Finding& finding : result->findings) finding.at_best = Status::kOk;
     result->findings.insert(result->findings.begin(),
-                            Said(Reason::kAcceptedByPerson, *accepted, Status::kOk));
+                            DecisionFinding(Reason::kAcceptedByPerson, *accepted, Status::kOk));
     result->status = Status::kOk;
   }
-  const Decision* rejected = said.DecisionOn(result->photo, DecisionKind::kReject);
+  const Decision* rejected = measurements.DecisionOn(result->photo, DecisionKind::kReject);
   if (!rejected) return false;
   result->findings.insert(result->findings.begin(),
-                          Said(Reason::kRejectedByPerson, *rejected, Status::kFailed));
+                          DecisionFinding(Reason::kRejectedByPerson, *rejected, Status::kFailed));
   result->status = Status::kFailed;
   return true;
 }
@@ -71,15 +71,15 @@ std::vector<std::string> MarkIds(const CameraFile& camera) {
   return ids;
 }
 
-void RequireKnownMarks(const Measurements& said, const std::string& photo,
+void RequireKnownMarks(const Measurements& measurements, const std::string& photo,
                        const CameraFile& camera) {
   const std::vector<std::string> ids = MarkIds(camera);
-  for (const MarkMeasurement& mark : said.MarksOf(photo)) {
+  for (const MarkMeasurement& mark : measurements.MarksOf(photo)) {
     if (std::find(ids.begin(), ids.end(), mark.mark) != ids.end()) continue;
     throw InputError(fmt::format(
         "{}/{}: photo {} has a mark \"{}\", but its camera{} {}; correct the id, or delete "
         "the line",
-        said.folder, kMarksFile, photo, mark.mark,
+        measurements.folder, kMarksFile, photo, mark.mark,
         camera.camera.name.empty() ? "" : " (" + camera.camera.name + ")",
         ids.empty() ? "has no marks" : fmt::format("has the marks {}", fmt::join(ids, ", "))));
   }
@@ -104,13 +104,13 @@ std::vector<std::string> PhotoNames(const std::vector<std::string>& paths) {
   return names;
 }
 
-std::optional<Finding> UnknownPhotos(const Measurements& said,
+std::optional<Finding> UnknownPhotos(const Measurements& measurements,
                                      const std::vector<std::string>& photos) {
   constexpr std::size_t kNamed = 5;
   std::set<std::string> unknown;
-  for (const auto& one : said.marks) unknown.insert(one.photo);
-  for (const auto& one : said.image_points) unknown.insert(one.photo);
-  for (const auto& one : said.decisions) unknown.insert(one.photo);
+  for (const auto& one : measurements.marks) unknown.insert(one.photo);
+  for (const auto& one : measurements.image_points) unknown.insert(one.photo);
+  for (const auto& one : measurements.decisions) unknown.insert(one.photo);
   for (const std::string& photo : photos) unknown.erase(photo);
   if (unknown.empty()) return std::nullopt;
   std::map<std::string, std::string> alike;
@@ -130,24 +130,24 @@ std::optional<Finding> UnknownPhotos(const Measurements& said,
                  .where = fmt::format("{}", fmt::join(names, ", "))};
 }
 
-interior::InteriorOptions WithMarksOf(const Measurements& said, const std::string& photo,
+interior::InteriorOptions WithMarksOf(const Measurements& measurements, const std::string& photo,
                                       interior::InteriorOptions options) {
-  for (const MarkMeasurement& mark : said.MarksOf(photo))
+  for (const MarkMeasurement& mark : measurements.MarksOf(photo))
     options.clicks.push_back({mark.mark, mark.pixel, mark.sigma_px, mark.exact});
-  if (const auto orientation = said.OrientationOf(photo)) options.orientation = orientation;
-  if (const auto polarity = said.PolarityOf(photo)) options.polarity = polarity;
-  if (const auto pixel_um = said.PixelSizeOf_um(photo)) options.pixel_size_um = pixel_um;
+  if (const auto orientation = measurements.OrientationOf(photo)) options.orientation = orientation;
+  if (const auto polarity = measurements.PolarityOf(photo)) options.polarity = polarity;
+  if (const auto pixel_um = measurements.PixelSizeOf_um(photo)) options.pixel_size_um = pixel_um;
   return options;
 }
 
-void TakePositionsSaid(
-    const Measurements& said, const std::vector<std::string>& photos,
+void ApplyDecidedPositions(
+    const Measurements& measurements, const std::vector<std::string>& photos,
     const AssumedAccuracy& accuracy,
     const std::function<std::optional<double>(const Eigen::Vector2d&)>& height_at,
     std::vector<OrientationRow>* rows) {
   const FlyingHeights heights = HeightsOf(*rows);
   for (const std::string& photo : photos) {
-    const auto position = said.PositionOf(photo);
+    const auto position = measurements.PositionOf(photo);
     if (!position) continue;
     auto row = std::find_if(rows->begin(), rows->end(),
                             [&](const OrientationRow& one) { return one.photo == photo; });
@@ -159,7 +159,7 @@ void TakePositionsSaid(
             "{}/{}: the position of photo {} needs a height, and no flying height is known; "
             "give a table of approximations with the height of one photo, or in a block file "
             "flying_height_m or scale under [flight]",
-            said.folder, kDecisionsFile, photo));
+            measurements.folder, kDecisionsFile, photo));
       rows->push_back({.photo = photo, .pose = {}, .sigma = {}, .attitude_known = false});
       row = rows->end() - 1;
       row->pose.position_m.z() = height ? *height : *heights.median_m;
@@ -173,12 +173,13 @@ void TakePositionsSaid(
   }
 }
 
-std::vector<exterior::MeasuredPoint> PointsOf(const Measurements& said, const std::string& photo,
+std::vector<exterior::MeasuredPoint> PointsOf(const Measurements& measurements,
+                                              const std::string& photo,
                                               const exterior::FilmPosition& position) {
   std::vector<exterior::MeasuredPoint> points;
   const double pixel_mm = std::sqrt(std::abs(position.photo_from_pixel.A.determinant()));
-  for (const ImagePointMeasurement& seen : said.ImagePointsOf(photo)) {
-    const GroundPoint* point = said.Point(seen.point);
+  for (const ImagePointMeasurement& seen : measurements.ImagePointsOf(photo)) {
+    const GroundPoint* point = measurements.Point(seen.point);
     if (point == nullptr) continue;
     exterior::MeasuredPoint to;
     to.name = point->name;
@@ -198,16 +199,16 @@ void AddMeasurements(const std::string& text, Inputs* inputs) {
   if (!text.empty()) (*inputs)["measurements"] = Digest(text);
 }
 
-void ApplyVerdict(const Measurements& said, InteriorResult* result) {
-  if (!Judge(said, result)) return;
+void ApplyVerdict(const Measurements& measurements, InteriorResult* result) {
+  if (!Judge(measurements, result)) return;
   result->photo_from_pixel.reset();
   result->reseau.reset();
   result->possible_orientations.clear();
   result->orientation.reset();
 }
 
-void ApplyVerdict(const Measurements& said, ExteriorResult* result) {
-  if (!Judge(said, result)) return;
+void ApplyVerdict(const Measurements& measurements, ExteriorResult* result) {
+  if (!Judge(measurements, result)) return;
   result->pose.reset();
   result->covariance.reset();
   result->footprint_m.clear();

@@ -1,4 +1,4 @@
-#include "block/inputs/persons_word.h"
+#include "block/inputs/measurement_inputs.h"
 
 #include <gtest/gtest.h>
 
@@ -12,9 +12,9 @@ namespace orient::block {
 namespace {
 
 Measurements Placed(const std::string& photo, const std::string& value) {
-  Measurements said;
-  said.decisions.push_back({photo, DecisionKind::kPosition, value, "", {}});
-  return said;
+  Measurements measurements;
+  measurements.decisions.push_back({photo, DecisionKind::kPosition, value, "", {}});
+  return measurements;
 }
 
 std::vector<OrientationRow> Rows() {
@@ -27,20 +27,20 @@ TEST(RequireKnownMarks, AMarkThatTheCameraDoesNotHaveIsNamedWithThoseItHas) {
   camera.fiducials.resize(2);
   camera.fiducials[0].id = "1";
   camera.fiducials[1].id = "2";
-  Measurements said;
-  said.folder = "said";
-  said.marks = {{"a", "1", {1, 2}, 1, false, {}}, {"b", "12", {1, 2}, 1, false, {}}};
-  EXPECT_NO_THROW(RequireKnownMarks(said, "a", camera));
-  ExpectError<InputError>([&] { RequireKnownMarks(said, "b", camera); },
+  Measurements measurements;
+  measurements.folder = "said";
+  measurements.marks = {{"a", "1", {1, 2}, 1, false, {}}, {"b", "12", {1, 2}, 1, false, {}}};
+  EXPECT_NO_THROW(RequireKnownMarks(measurements, "a", camera));
+  ExpectError<InputError>([&] { RequireKnownMarks(measurements, "b", camera); },
                           {"said/marks.csv", "photo b", "\"12\"", "Wild RC10", "1, 2"});
   camera.fiducials.clear();
-  ExpectError<InputError>([&] { RequireKnownMarks(said, "a", camera); }, {"has no marks"});
+  ExpectError<InputError>([&] { RequireKnownMarks(measurements, "a", camera); }, {"has no marks"});
 }
 
-TEST(TakePositionsSaid, TheSaidPlaceStandsInForTheTablesAndItsAccuracyToo) {
+TEST(ApplyDecidedPositions, TheSaidPlaceStandsInForTheTablesAndItsAccuracyToo) {
   std::vector<OrientationRow> rows = Rows();
-  TakePositionsSaid(Placed("a", "130.5 -20 75"), {"a", "b"}, {.position_m = 5, .kappa_rad = 2.5},
-                    {}, &rows);
+  ApplyDecidedPositions(Placed("a", "130.5 -20 75"), {"a", "b"},
+                        {.position_m = 5, .kappa_rad = 2.5}, {}, &rows);
   ASSERT_EQ(rows.size(), 2u);
   EXPECT_EQ(rows[0].pose.position_m, Eigen::Vector3d(130.5, -20, 1500));
   EXPECT_EQ(rows[0].pose.opk_rad, Eigen::Vector3d(0.01, 0, 2));
@@ -50,47 +50,47 @@ TEST(TakePositionsSaid, TheSaidPlaceStandsInForTheTablesAndItsAccuracyToo) {
   EXPECT_FALSE(rows[1].sigma) << "nothing was said of it";
 }
 
-TEST(TakePositionsSaid, APhotoThatNoRowKnowsIsAsHighAsTheOthersAndItsKappaUnknown) {
+TEST(ApplyDecidedPositions, APhotoThatNoRowKnowsIsAsHighAsTheOthersAndItsKappaUnknown) {
   std::vector<OrientationRow> rows = Rows();
-  TakePositionsSaid(Placed("c", "1 2 300"), {"c"}, {}, {}, &rows);
+  ApplyDecidedPositions(Placed("c", "1 2 300"), {"c"}, {}, {}, &rows);
   ASSERT_EQ(rows.size(), 3u);
   EXPECT_EQ(rows[2].pose.position_m, Eigen::Vector3d(1, 2, 1600));
   EXPECT_FALSE(rows[2].attitude_known);
   EXPECT_EQ((*rows[2].sigma)[2], 300);
-  TakePositionsSaid(
+  ApplyDecidedPositions(
       Placed("d", "1 2 3"), {"d"}, {}, [](const auto&) { return 990.0; }, &rows);
   EXPECT_EQ(rows[3].pose.position_m.z(), 990);
   EXPECT_NEAR((*rows[3].sigma)[2], 1.4826 * 100, 1e-9) << "as the heights differ, not as the place";
   EXPECT_NEAR((*rows[2].sigma)[5], std::numbers::pi, 1e-12);
 }
 
-TEST(TakePositionsSaid, WithoutAnyHeightTheDecisionIsNamed) {
+TEST(ApplyDecidedPositions, WithoutAnyHeightTheDecisionIsNamed) {
   std::vector<OrientationRow> rows = Rows(), none;
-  TakePositionsSaid(Placed("c", "1 2 300"), {"a"}, {}, {}, &rows);
+  ApplyDecidedPositions(Placed("c", "1 2 300"), {"a"}, {}, {}, &rows);
   EXPECT_EQ(rows.size(), 2u) << "none of the run's photos";
-  EXPECT_THROW(TakePositionsSaid(Placed("c", "1 2 300"), {"c"}, {}, {}, &none), InputError);
+  EXPECT_THROW(ApplyDecidedPositions(Placed("c", "1 2 300"), {"c"}, {}, {}, &none), InputError);
 }
 
-TEST(SaidPosition, IsThreeNumbers) {
-  EXPECT_EQ(WhyNoDecision(DecisionKind::kPosition, "500123.5 5000321 250"), "");
+TEST(DecidedPosition, IsThreeNumbers) {
+  EXPECT_EQ(DecisionProblem(DecisionKind::kPosition, "500123.5 5000321 250"), "");
   for (const char* wrong : {"", "1 2", "1 2 0", "1 2 -3", "1 2 3 4", "1,2,3", "nan 2 3", "1 2 inf",
                             "1e99 2 3", "x y z"})
-    EXPECT_NE(WhyNoDecision(DecisionKind::kPosition, wrong), "") << wrong;
+    EXPECT_NE(DecisionProblem(DecisionKind::kPosition, wrong), "") << wrong;
 }
 
-TEST(SaidPosition, ConcernsTheExteriorAlone) {
-  const Measurements said = Placed("a", "1 2 3");
-  EXPECT_EQ(TextOfMarks(said, "a"), "");
-  EXPECT_NE(TextOfPoints(said, "a"), "");
+TEST(DecidedPosition, ConcernsTheExteriorAlone) {
+  const Measurements measurements = Placed("a", "1 2 3");
+  EXPECT_EQ(TextOfMarks(measurements, "a"), "");
+  EXPECT_NE(TextOfPoints(measurements, "a"), "");
 }
 
 TEST(UnknownPhotos, AreNamedWithThoseThatWerePerhapsMeant) {
-  Measurements said;
-  said.marks = {{"4711", "1", {1, 2}, 1, false, {}}};
-  said.decisions.push_back({"4712", DecisionKind::kReject, "", "", {}});
-  EXPECT_FALSE(UnknownPhotos(said, {"4711", "4712"}));
-  said.image_points = {{"new_1_2", "p", Eigen::Vector2d(1, 2), std::nullopt, 1}};
-  const auto unknown = UnknownPhotos(said, {"4711", "4712", "New_1_2"});
+  Measurements measurements;
+  measurements.marks = {{"4711", "1", {1, 2}, 1, false, {}}};
+  measurements.decisions.push_back({"4712", DecisionKind::kReject, "", "", {}});
+  EXPECT_FALSE(UnknownPhotos(measurements, {"4711", "4712"}));
+  measurements.image_points = {{"new_1_2", "p", Eigen::Vector2d(1, 2), std::nullopt, 1}};
+  const auto unknown = UnknownPhotos(measurements, {"4711", "4712", "New_1_2"});
   ASSERT_TRUE(unknown);
   EXPECT_EQ(unknown->reason, Reason::kMeasuredPhotosUnknown);
   EXPECT_EQ(unknown->value, 1);

@@ -1,4 +1,4 @@
-#include "tools/review/said_history.h"
+#include "tools/review/entry_history.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -10,11 +10,11 @@ namespace orient {
 namespace {
 
 // Few letters, so that beginnings and ends are alike; any of three files.
-rc::Gen<SaidFiles> AnyFiles() {
+rc::Gen<FileTexts> AnyFiles() {
   const auto text =
       rc::gen::maybe(rc::gen::container<std::string>(rc::gen::element('a', 'b', '\n')));
   return rc::gen::map(rc::gen::tuple(text, text, text), [](const auto& texts) {
-    SaidFiles files;
+    FileTexts files;
     if (const auto& marks = std::get<0>(texts)) files["marks.csv"] = *marks;
     if (const auto& points = std::get<1>(texts)) files["points.csv"] = *points;
     if (const auto& decisions = std::get<2>(texts)) files["decisions.csv"] = *decisions;
@@ -23,71 +23,71 @@ rc::Gen<SaidFiles> AnyFiles() {
 }
 
 // A word writes files and takes none away.
-SaidFiles After(SaidFiles before, const SaidFiles& written) {
+FileTexts After(FileTexts before, const FileTexts& written) {
   for (const auto& [file, text] : written) before[file] = text;
   return before;
 }
 
-RC_GTEST_PROP(SaidHistory, LeadsBackThroughAllWordsAlsoWhereItIsReadAgain, ()) {
+RC_GTEST_PROP(EntryHistory, LeadsBackThroughAllWordsAlsoWhereItIsReadAgain, ()) {
   const TemporaryFolder folder;
   const std::string path = folder / "undo.json";
-  std::vector<SaidFiles> states = {*AnyFiles()};
-  const auto words = *rc::gen::resize(10, rc::gen::container<std::vector<SaidFiles>>(AnyFiles()));
+  std::vector<FileTexts> states = {*AnyFiles()};
+  const auto entries = *rc::gen::resize(10, rc::gen::container<std::vector<FileTexts>>(AnyFiles()));
   {
-    SaidHistory history(path, states.front());
-    for (const SaidFiles& written : words) {
+    EntryHistory history(path, states.front());
+    for (const FileTexts& written : entries) {
       states.push_back(After(states.back(), written));
       history.Add("word", states[states.size() - 2], states.back());
     }
   }
   for (; states.size() > 1; states.pop_back()) {
-    SaidHistory history(path, states.back());
+    EntryHistory history(path, states.back());
     RC_ASSERT(history.LeadsTo(states.back()));
     RC_ASSERT(history.BeforeLatest(states.back()) == states[states.size() - 2]);
     history.ForgetLatest();
   }
-  RC_ASSERT(SaidHistory(path, states.back()).IsEmpty());
+  RC_ASSERT(EntryHistory(path, states.back()).IsEmpty());
 }
 
-TEST(SaidHistory, OfAReviewThatEndedBetweenUndoingAndForgettingLeadsToTheWordBefore) {
+TEST(EntryHistory, OfAReviewThatEndedBetweenUndoingAndForgettingLeadsToTheWordBefore) {
   const TemporaryFolder folder;
-  const SaidFiles none, one = {{"marks.csv", "1"}}, two = {{"marks.csv", "2"}};
+  const FileTexts none, one = {{"marks.csv", "1"}}, two = {{"marks.csv", "2"}};
   {
-    SaidHistory history(folder / "undo.json", none);
+    EntryHistory history(folder / "undo.json", none);
     history.Add("first", none, one);
     history.Add("second", one, two);
   }
-  EXPECT_EQ(SaidHistory(folder / "undo.json", one).LatestAbout(), "first");
-  EXPECT_EQ(SaidHistory(folder / "undo.json", two).LatestAbout(), "second");
-  EXPECT_TRUE(SaidHistory(folder / "undo.json", {{"marks.csv", "3"}}).IsEmpty());
+  EXPECT_EQ(EntryHistory(folder / "undo.json", one).LatestAbout(), "first");
+  EXPECT_EQ(EntryHistory(folder / "undo.json", two).LatestAbout(), "second");
+  EXPECT_TRUE(EntryHistory(folder / "undo.json", {{"marks.csv", "3"}}).IsEmpty());
 }
 
 // "Ä" and "Ö" begin with the same byte.
-TEST(SaidHistory, CutsNoCharacter) {
+TEST(EntryHistory, CutsNoCharacter) {
   const TemporaryFolder folder;
-  const SaidFiles before = {{"points.csv", "\u00c41,5\n\u00d61,6\n"}},
+  const FileTexts before = {{"points.csv", "\u00c41,5\n\u00d61,6\n"}},
                   after = {{"points.csv", "\u00d61,6\n"}};
   {
-    SaidHistory history(folder / "undo.json", before);
+    EntryHistory history(folder / "undo.json", before);
     history.Add("withdrawal", before, after);
   }
-  SaidHistory history(folder / "undo.json", after);
+  EntryHistory history(folder / "undo.json", after);
   ASSERT_TRUE(history.LeadsTo(after));
   EXPECT_EQ(history.BeforeLatest(after), before);
 }
 
-TEST(SaidHistory, OfAnotherMakerIsForgotten) {
+TEST(EntryHistory, OfAnotherMakerIsForgotten) {
   const TemporaryFolder folder;
-  const SaidFiles now = {{"marks.csv", "1"}};
+  const FileTexts now = {{"marks.csv", "1"}};
   WriteFileAtomically(folder / "undo.json",
-                      R"({"words": [{"about": "a", "version_after": ")" + VersionOf(now) +
+                      R"({"entries": [{"about": "a", "version_after": ")" + VersionOf(now) +
                           R"(", "before": {"marks.csv": {"begin": 0, "end": 9, "middle": ""}}}]})");
-  EXPECT_TRUE(SaidHistory(folder / "undo.json", now).IsEmpty());
+  EXPECT_TRUE(EntryHistory(folder / "undo.json", now).IsEmpty());
 }
 
-TEST(SaidHistory, ThatCannotBeWrittenLivesOn) {
+TEST(EntryHistory, ThatCannotBeWrittenLivesOn) {
   const TemporaryFolder folder;
-  SaidHistory history(folder / "no/such/folder/undo.json", {});
+  EntryHistory history(folder / "no/such/folder/undo.json", {});
   history.Add("word", {}, {{"marks.csv", "1"}});
   EXPECT_EQ(history.LatestAbout(), "word");
   EXPECT_TRUE(history.BeforeLatest({{"marks.csv", "1"}}).empty());
