@@ -101,7 +101,7 @@ TEST_F(OrthoSection, AMosaicOfOtherOrthophotosIsNotShownAsCurrent) {
   write("before: 4711 a");
   const std::string html = Html();
   EXPECT_EQ(Malformed(html), "");
-  EXPECT_TRUE(Contains(html, "The mosaic was made from other orthophotos"));
+  EXPECT_TRUE(Contains(html, "The mosaic was made from orthophotos other than the present"));
   EXPECT_TRUE(Contains(html, "of 4711 a (1 in all)"));
   EXPECT_TRUE(Contains(html, "The mosaic was made without the orthophotos of 4712"));
   const auto mosaic = ReportJsonOf(folder_.Path())["orthophotos"]["mosaic"];

@@ -10,7 +10,7 @@ namespace {
 
 const Attribution kRecorded = {"J", "2024-05-01"};
 
-TEST(PageWords, AreReadWithWhoSaysThem) {
+TEST(PageEntries, AreReadWithWhoSaysThem) {
   const PageEntry page = EntryOfPage(
       R"({"version": "v", "about": "all",
           "marks": [{"photo": "a", "mark": "3", "pixel": [12.5, 80.5], "sigma": 2, "exact": true}],
@@ -34,7 +34,7 @@ TEST(PageWords, AreReadWithWhoSaysThem) {
   EXPECT_EQ(PhotosOf(entry), (std::vector<std::string>{"a", "b", "c", "d", "e", "f"}));
 }
 
-TEST(PageWords, TellWhatIsWrong) {
+TEST(PageEntries, TellWhatIsWrong) {
   const auto refused = [](const std::string& text, std::initializer_list<std::string> parts) {
     ExpectError<InputError>([&] { EntryOfPage(text, kRecorded); }, parts);
   };
