@@ -44,9 +44,8 @@ class BlockInputs {
   const CameraFile& Camera() const { return camera_; }
   const interior::MarkShapes& Marks() const { return marks_; }  // empty for a digital camera
   bool IsFilm() const { return camera_.camera.kind == CameraKind::kFilm; }
-  const Measurements& ManualMeasurements() const {
-    return measurements_;
-  }  // what people measured and decided
+  // What people measured and decided.
+  const Measurements& ManualMeasurements() const { return measurements_; }
   // Updated as photos are oriented.
   BlockApproximations& Approximations() const { return *approximations_; }
   // What all photos' results are made from: camera with the earth in its lens, DEM, CRS, flight ...

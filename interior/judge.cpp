@@ -52,10 +52,8 @@ Findings JudgeFilm(const FilmReading& reading, const FilmTransform& film) {
 // With a wrongly stated polarity no marks are found, or clutter of that polarity that fits.
 std::optional<Finding> PolarityContradicted(const FilmReading& reading) {
   if (reading.polarity_margin > -kSureNats) return std::nullopt;
-  const Polarity seen =
-      reading.polarity == Polarity::kPositive ? Polarity::kNegative : Polarity::kPositive;
   return Finding{Reason::kPolarityUnlikeMarks, Status::kWeak, -reading.polarity_margin, kSureNats,
-                 std::string(Name(seen))};
+                 std::string(Name(Opposite(reading.polarity)))};
 }
 
 // Empty if nothing contradicts the set of marks. `nats`: NatsOfUsed.

@@ -63,8 +63,8 @@ class BlockApproximations {
   std::vector<OrientationRow> known_;               // of the block's photos, by table or file
   std::map<std::string, OrientationRow> oriented_;  // since then
   std::set<std::string> computed_heights_;          // of known_, which the table lacks
-  std::map<std::string, DecidedPosition>
-      decided_positions_;  // of photos that their strips locate, too
+  // Of photos that their strips locate, too.
+  std::map<std::string, DecidedPosition> decided_positions_;
   PosePriors stated_;
   PoseObservations observations_;
   OrientationTable table_;                           // known_ and what fills the strips

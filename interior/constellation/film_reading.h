@@ -69,6 +69,10 @@ struct FilmReading {
   std::vector<RivalOrientation> rival_orientations;
 };
 
+inline Polarity Opposite(Polarity polarity) {
+  return polarity == Polarity::kPositive ? Polarity::kNegative : Polarity::kPositive;
+}
+
 // Nats to the nearest of the rival orientations; infinite where there are none.
 double OrientationMargin(const FilmReading& reading);
 

@@ -364,8 +364,7 @@ FilmReading ReadFilmByAnchors(const Raster& scan, const CameraFile& camera,
     reading.polarity_margin = std::numeric_limits<double>::infinity();
   if (by_anchors >= 0) return MostProbable(readings, {});
   InteriorOptions other = options;
-  other.polarity =
-      options.polarity == Polarity::kPositive ? Polarity::kNegative : Polarity::kPositive;
+  other.polarity = Opposite(options.polarity.value());
   return MostProbable(readings, ReadingsByAnchors(scan, camera, shapes, other));
 }
 

@@ -215,7 +215,7 @@ TEST_F(InteriorOfSimulatedFrame, AWronglyStatedPolarityIsToldAndNeverOk) {
     const InteriorResult right = Orient(frame.scan, camera, options);
     EXPECT_EQ(right.status, Status::kOk);
     EXPECT_FALSE(Has(right.findings, Reason::kPolarityUnlikeMarks));
-    options.polarity = polarity == Polarity::kPositive ? Polarity::kNegative : Polarity::kPositive;
+    options.polarity = Opposite(polarity);
     const InteriorResult wrong = Orient(frame.scan, camera, options);
     EXPECT_NE(wrong.status, Status::kOk);
     ASSERT_FALSE(wrong.findings.empty());
