@@ -1,13 +1,15 @@
 #include "core/geometry/collinearity.h"
 
 #include <Eigen/Geometry>
+#include <cmath>
 
 namespace orient {
 
 PosedCamera::PosedCamera(const Camera& camera, const Pose& pose)
     : camera_(camera),
       photo_from_ground_(pose.GroundFromPhoto().transpose()),
-      position_m_(pose.position_m) {}
+      position_m_(pose.position_m),
+      phi_axis_(std::sin(pose.opk_rad[2]), std::cos(pose.opk_rad[2]), 0) {}
 
 std::optional<Eigen::Vector2d> PosedCamera::PhotoFromGround(const Eigen::Vector3d& ground_m) const {
   const Eigen::Vector3d d = photo_from_ground_ * (ground_m - position_m_);
@@ -22,11 +24,11 @@ std::optional<Eigen::Vector2d> PhotoFromGround(const Camera& camera, const Pose&
   return PosedCamera(camera, pose).PhotoFromGround(ground_m);
 }
 
-std::optional<ProjectionDerivatives> PhotoFromGroundWithDerivatives(
-    const Camera& camera, const Pose& pose, const Eigen::Vector3d& ground_m) {
-  const Eigen::Matrix3d photo_from_ground = pose.GroundFromPhoto().transpose();
-  const Eigen::Vector3d offset = ground_m - pose.position_m;
-  const Eigen::Vector3d d = photo_from_ground * offset;
+std::optional<ProjectionDerivatives> PosedCamera::PhotoFromGroundWithDerivatives(
+    const Eigen::Vector3d& ground_m) const {
+  const Camera& camera = camera_;
+  const Eigen::Vector3d offset = ground_m - position_m_;
+  const Eigen::Vector3d d = photo_from_ground_ * offset;
   if (!(d.z() < 0)) return std::nullopt;
   const double c = camera.principal_distance_mm;
   const Eigen::Vector2d slope = -d.head<2>() / d.z();
@@ -42,13 +44,20 @@ std::optional<ProjectionDerivatives> PhotoFromGroundWithDerivatives(
 
   ProjectionDerivatives result;
   result.photo_mm = camera.principal_point_mm + DistortPoint(camera.lens, ideal);
-  result.by_ground = by_d * photo_from_ground;
+  result.by_ground = by_d * photo_from_ground_;
   result.by_pose.leftCols<3>() = -result.by_ground;
-  const auto by_angle = GroundFromPhotoRotationDerivatives(pose.opk_rad);
-  for (int i = 0; i < 3; ++i)
-    result.by_pose.col(3 + i) = by_d * (by_angle[static_cast<std::size_t>(i)].transpose() * offset);
+  // A small rotation of the camera about an axis changes d by d x axis. Omega's is the ground's x,
+  // kappa's the photo's z.
+  result.by_pose.col(3) = by_d * d.cross(photo_from_ground_.col(0));
+  result.by_pose.col(4) = by_d * d.cross(phi_axis_);
+  result.by_pose.col(5) = by_d * d.cross(Eigen::Vector3d::UnitZ());
   result.by_principal_distance = measured_by_ideal * slope;
   return result;
+}
+
+std::optional<ProjectionDerivatives> PhotoFromGroundWithDerivatives(
+    const Camera& camera, const Pose& pose, const Eigen::Vector3d& ground_m) {
+  return PosedCamera(camera, pose).PhotoFromGroundWithDerivatives(ground_m);
 }
 
 std::optional<Ray> GroundRayFromPhoto(const Camera& camera, const Pose& pose,

@@ -15,19 +15,6 @@ namespace orient {
 std::optional<Eigen::Vector2d> PhotoFromGround(const Camera& camera, const Pose& pose,
                                                const Eigen::Vector3d& ground_m);
 
-// The same of many points: what depends on the pose alone is computed once. The camera must outlive
-// it.
-class PosedCamera {
- public:
-  PosedCamera(const Camera& camera, const Pose& pose);
-  std::optional<Eigen::Vector2d> PhotoFromGround(const Eigen::Vector3d& ground_m) const;
-
- private:
-  const Camera& camera_;
-  Eigen::Matrix3d photo_from_ground_;
-  Eigen::Vector3d position_m_;
-};
-
 struct ProjectionDerivatives {
   Eigen::Vector2d photo_mm;
   Eigen::Matrix<double, 2, 6> by_pose;    // mm per m, mm per rad
@@ -37,6 +24,21 @@ struct ProjectionDerivatives {
 
 std::optional<ProjectionDerivatives> PhotoFromGroundWithDerivatives(
     const Camera& camera, const Pose& pose, const Eigen::Vector3d& ground_m);
+
+// Both of many points: what depends on the pose alone is computed once. The camera must outlive it.
+class PosedCamera {
+ public:
+  PosedCamera(const Camera& camera, const Pose& pose);
+  std::optional<Eigen::Vector2d> PhotoFromGround(const Eigen::Vector3d& ground_m) const;
+  std::optional<ProjectionDerivatives> PhotoFromGroundWithDerivatives(
+      const Eigen::Vector3d& ground_m) const;
+
+ private:
+  const Camera& camera_;
+  Eigen::Matrix3d photo_from_ground_;
+  Eigen::Vector3d position_m_;
+  Eigen::Vector3d phi_axis_;  // about which phi rotates, in photo axes
+};
 
 struct Ray {
   Eigen::Vector3d origin_m;

@@ -32,23 +32,6 @@ Eigen::Matrix3d GroundFromPhotoRotation(const Eigen::Vector3d& opk_rad) {
   return r;
 }
 
-std::array<Eigen::Matrix3d, 3> GroundFromPhotoRotationDerivatives(const Eigen::Vector3d& opk_rad) {
-  const double so = std::sin(opk_rad[0]), co = std::cos(opk_rad[0]);
-  const double sp = std::sin(opk_rad[1]), cp = std::cos(opk_rad[1]);
-  const double sk = std::sin(opk_rad[2]), ck = std::cos(opk_rad[2]);
-  Eigen::Matrix3d by_omega, by_phi, by_kappa;
-  by_omega << 0, 0, 0,                                             //
-      -so * sk + co * sp * ck, -so * ck - co * sp * sk, -co * cp,  //
-      co * sk + so * sp * ck, co * ck - so * sp * sk, -so * cp;
-  by_phi << -sp * ck, sp * sk, cp,           //
-      so * cp * ck, -so * cp * sk, so * sp,  //
-      -co * cp * ck, co * cp * sk, -co * sp;
-  by_kappa << -cp * sk, -cp * ck, 0,                       //
-      co * ck - so * sp * sk, -co * sk - so * sp * ck, 0,  //
-      so * ck + co * sp * sk, -so * sk + co * sp * ck, 0;
-  return {by_omega, by_phi, by_kappa};
-}
-
 Eigen::Vector3d OpkFromRotation(const Eigen::Matrix3d& r) {
   const double cos_phi = std::hypot(r(1, 2), r(2, 2));
   const double phi = std::atan2(r(0, 2), cos_phi);

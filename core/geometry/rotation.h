@@ -5,7 +5,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 
 namespace orient {
 
@@ -17,9 +16,6 @@ double NormalizeAngle(double angle_rad);
 
 // R of the comment above from (omega, phi, kappa) in radians.
 Eigen::Matrix3d GroundFromPhotoRotation(const Eigen::Vector3d& opk_rad);
-
-// dR/domega, dR/dphi, dR/dkappa.
-std::array<Eigen::Matrix3d, 3> GroundFromPhotoRotationDerivatives(const Eigen::Vector3d& opk_rad);
 
 // (omega, phi, kappa) of a rotation; phi in [-pi/2, pi/2], all in (-pi, pi]. At |phi| = pi/2 omega
 // and kappa are not separable: omega is returned as 0.

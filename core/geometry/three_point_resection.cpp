@@ -145,9 +145,10 @@ struct Misfit {
 std::optional<Misfit> MisfitOf(const Camera& camera, const Pose& pose,
                                const std::array<ControlObservation, 3>& observations) {
   Misfit misfit;
+  const PosedCamera posed(camera, pose);
   for (Eigen::Index i = 0; i < 3; ++i) {
     const ControlObservation& observation = observations[static_cast<std::size_t>(i)];
-    const auto projected = PhotoFromGroundWithDerivatives(camera, pose, observation.ground_m);
+    const auto projected = posed.PhotoFromGroundWithDerivatives(observation.ground_m);
     if (!projected) return std::nullopt;
     misfit.error.segment<2>(2 * i) = projected->photo_mm - observation.photo_mm;
     misfit.by_pose.middleRows<2>(2 * i) = projected->by_pose;

@@ -45,12 +45,17 @@ class Voter {
   double RmsPx(const Pose& pose, const std::vector<Supporter>& supporters) const;
 
  private:
-  bool Accumulate(const Observation& observation, const Pose& pose, Normals* normals) const;
+  bool Accumulate(const Observation& observation, const PosedCamera& camera,
+                  Normals* normals) const;
   std::optional<Eigen::Vector2d> Project(const PosedCamera& camera,
                                          const Eigen::Vector3d& ground_m) const {
     const auto photo = camera.PhotoFromGround(ground_m);
     if (!photo) return std::nullopt;
-    return view_.PixelFromPhoto(*photo);
+    return PixelFromPhoto(*photo);
+  }
+  // As the view's, with the inverse computed once.
+  Eigen::Vector2d PixelFromPhoto(const Eigen::Vector2d& photo_mm) const {
+    return view_.film_correction ? view_.PixelFromPhoto(photo_mm) : pixel_from_photo_ * photo_mm;
   }
 
   const PhotoView& view_;
@@ -61,11 +66,12 @@ class Voter {
   const ConsensusOptions& options_;
 };
 
-bool Voter::Accumulate(const Observation& observation, const Pose& pose, Normals* normals) const {
-  const auto d = PhotoFromGroundWithDerivatives(view_.camera, pose, observation.ground_m);
+bool Voter::Accumulate(const Observation& observation, const PosedCamera& camera,
+                       Normals* normals) const {
+  const auto d = camera.PhotoFromGroundWithDerivatives(observation.ground_m);
   if (!d) return false;
   const Eigen::Matrix<double, 2, 6> jacobian = pixel_from_photo_.A * d->by_pose;
-  const Eigen::Vector2d residual = observation.pixel - view_.PixelFromPhoto(d->photo_mm);
+  const Eigen::Vector2d residual = observation.pixel - PixelFromPhoto(d->photo_mm);
   const double weight = 1 / (options_.sigma_px * options_.sigma_px);
   normals->matrix += weight * jacobian.transpose() * jacobian;
   normals->right += weight * jacobian.transpose() * residual;
@@ -78,11 +84,13 @@ std::optional<Consensus> Voter::Estimate(const std::vector<Observation>& observa
   Consensus estimate;
   for (int i = 0; i < iterations; ++i) {
     Normals normals;
-    const Vector6d from_prior = PoseDifference(prior_.pose, Pose::FromVector(elements));
+    const Pose pose = Pose::FromVector(elements);
+    const PosedCamera camera(view_.camera, pose);
+    const Vector6d from_prior = PoseDifference(prior_.pose, pose);
     normals.matrix = prior_information_;
     normals.right = prior_information_ * from_prior;
     for (const Observation& observation : observations)
-      if (!Accumulate(observation, Pose::FromVector(elements), &normals)) return std::nullopt;
+      if (!Accumulate(observation, camera, &normals)) return std::nullopt;
     const Eigen::LLT<Matrix6d> factor(normals.matrix);
     if (factor.info() != Eigen::Success) return std::nullopt;
     elements += factor.solve(normals.right);

@@ -81,19 +81,6 @@ TEST(Rotation, HalfTurnsComeOutPositive) {
   EXPECT_EQ(OpkFromRotation(upside_down)[0], kPi);
 }
 
-TEST(Rotation, DerivativesAgreeWithDifferences) {
-  constexpr double kStep = 1e-6;
-  constexpr double kTolerance = 1e-9;  // central differences: step^2 and rounding / step
-  const Eigen::Vector3d opk(-0.5, 0.9, 2.5);
-  const auto derivatives = GroundFromPhotoRotationDerivatives(opk);
-  for (int i = 0; i < 3; ++i) {
-    const Eigen::Vector3d step = kStep * Eigen::Vector3d::Unit(i);
-    const Eigen::Matrix3d difference =
-        (GroundFromPhotoRotation(opk + step) - GroundFromPhotoRotation(opk - step)) / (2 * kStep);
-    EXPECT_LT((derivatives.at(static_cast<std::size_t>(i)) - difference).norm(), kTolerance);
-  }
-}
-
 TEST(Rotation, DegreesAndRadians) {
   EXPECT_DOUBLE_EQ(RadFromDeg(180), kPi);
   EXPECT_DOUBLE_EQ(DegFromRad(kPi / 2), 90);
