@@ -1,18 +1,18 @@
-# What `cmake --install` installs: the program, its camera library, and the modules as libraries
+# Installed by `cmake --install`: the program, its camera library, and the modules as libraries
 # (orient::interior, orient::patchdb, orient::exterior, orient::block) with their public headers.
 
 include(CMakePackageConfigHelpers)
 
-# Two parts, as OrientPackage makes two packages of them: `orient`, the program and all that belongs
-# to it, and `liborient-dev`.
+# Components, each a package of OrientPackage: `orient` (the program and all that belongs to it) and
+# `liborient-dev` here, `python3-orient` in python/CMakeLists.txt.
 set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME orient)
 
-# The program finds the library in ../share/orient/cameras from where it lies.
+# The program finds the camera library in ../share/orient/cameras, relative to its own folder.
 install(TARGETS orient RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(DIRECTORY data/cameras DESTINATION ${CMAKE_INSTALL_DATADIR}/orient)
 
 set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME liborient-dev)
-# A module's public headers: those named here and all that they include. All others are private.
+# The modules' public headers: those named here and all that they include. All others are private.
 set(ORIENT_PUBLIC_HEADERS
     interior/interior.h interior/camera_choice.h
     patchdb/store/patch_database.h patchdb/store/selection.h patchdb/harvest/harvest.h
@@ -39,7 +39,7 @@ function(orient_headers_with_theirs out)
 endfunction()
 
 orient_headers_with_theirs(headers ${ORIENT_PUBLIC_HEADERS})
-# An include that is new in one of them may make another header public.
+# A new include in one of them may make another header public.
 set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${headers})
 foreach(header IN LISTS headers)
   get_filename_component(folder ${header} DIRECTORY)

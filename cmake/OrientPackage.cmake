@@ -1,9 +1,9 @@
 # Debian packages: cpack --config build/release/CPackConfig.cmake -B DIR (docs/install.md).
 
 set(ORIENT_PACKAGE_MAINTAINER "Orient maintainers <maintainers@orient.invalid>" CACHE STRING
-    "Who answers for the Debian packages: name <address>")
+    "Maintainer of the Debian packages: name <address>")
 
-# A header-only or static library that the installed libraries need to be built with.
+# Development packages needed to build against the installed libraries, which are static.
 set(orient_dev_packages libeigen3-dev libceres-dev libgdal-dev libopencv-dev libdeflate-dev
     libspng-dev
     libfmt-dev libpugixml-dev libsqlite3-dev libsqlitecpp-dev libtbb-dev libtomlplusplus-dev
@@ -40,7 +40,7 @@ set(CPACK_COMPONENT_LIBORIENT-DEV_DESCRIPTION
 Static libraries and headers of orient's modules, for find_package(orient):
 interior orientation, patch database, exterior orientation, block adjustment.")
 
-# Its extension is built for one minor version of Python 3, Debian's.
+# The extension module is built for one minor version of Python 3: Debian's.
 math(EXPR next_python "${Python3_VERSION_MINOR} + 1")
 set(CPACK_DEBIAN_PYTHON3-ORIENT_PACKAGE_NAME python3-orient)
 set(CPACK_DEBIAN_PYTHON3-ORIENT_PACKAGE_SECTION python)
@@ -53,7 +53,7 @@ set(CPACK_COMPONENT_PYTHON3-ORIENT_DESCRIPTION
 Runs orient's commands, reads their results as NumPy arrays and GeoDataFrames,
 and projects between scans and ground with a photo's whole geometry.")
 
-# What Debian wants of every package.
+# Files that Debian requires in every package.
 set(package_files ${PROJECT_BINARY_DIR}/package)
 configure_file(cmake/package/copyright ${package_files}/copyright COPYONLY)
 configure_file(cmake/package/changelog.in ${package_files}/changelog @ONLY)

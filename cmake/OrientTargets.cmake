@@ -1,4 +1,4 @@
-# Standard, warnings, sanitizers and precompiled headers: set once, the same for every target.
+# C++ standard, warnings, sanitizers and precompiled headers, set once for all targets.
 
 set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
@@ -16,18 +16,19 @@ if(CCACHE)
   endif()
 endif()
 
-# The libraries become part of Python's module (python/), and what reuses a precompiled header must be
-# compiled as that was: so all of it is position-independent. Nothing of ours is ever replaced at
-# load time, which the compiler would have to allow for.
+# The libraries become part of the Python module (python/), and a target that reuses a precompiled
+# header must be compiled like it: so everything is position-independent. None of our functions is
+# ever replaced at load time, so the compiler need not allow for it.
 add_compile_options(-fPIC -fno-semantic-interposition)
-# GCC need not look for garbage before it has used a gigabyte: a twentieth of the time.
+# No garbage collection in GCC before it has used a gigabyte: saves a twentieth of the time.
 if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
   add_compile_options("SHELL:--param ggc-min-heapsize=1000000")
 endif()
 
-# What address and undefined-behaviour sanitizer look at (preset `asan`). Null, misaligned and
-# out-of-object accesses are the former's already; asking twice makes Eigen's templates compile half
-# as long again. Under a sanitizer Eigen would align memory by itself, and not every caller free it so.
+# Checks of the address and undefined-behaviour sanitizers (preset `asan`). Null, misaligned and
+# out-of-object accesses are caught by the former; checking twice makes compiling Eigen's templates
+# half as long again. Under a sanitizer, Eigen would align memory itself, and not every caller would
+# free it accordingly.
 option(ORIENT_SANITIZE "Build with address and undefined-behaviour sanitizer" OFF)
 if(ORIENT_SANITIZE)
   add_compile_options(-fsanitize=address,undefined -fno-omit-frame-pointer
@@ -37,20 +38,20 @@ if(ORIENT_SANITIZE)
   add_link_options(-fsanitize=address,undefined)
 endif()
 
-# For libFuzzer (preset `fuzz`), with what GCC's sanitizers do not look at.
+# For libFuzzer (preset `fuzz`), with checks that GCC's sanitizers do not have.
 option(ORIENT_FUZZ "Build orient_fuzz; needs Clang" OFF)
 if(ORIENT_FUZZ)
   add_compile_options(-fsanitize=fuzzer-no-link,float-cast-overflow
                       -fno-sanitize-recover=float-cast-overflow -D_GLIBCXX_ASSERTIONS)
 endif()
 
-# What a sanitizer looks at is the libraries that read, compute and store; what calls them need not be
-# compiled once more.
+# Sanitizers check the libraries that read, compute and store; their callers need not be compiled
+# again.
 set(ORIENT_OBJECTS_OF "" CACHE PATH
-    "Another build of the same sources whose tests and commands are linked instead of compiled anew")
+    "Another build of the same sources whose tests and commands are linked, not compiled again")
 
-# orient_other_objects(target binary_folder sources_variable): the sources become the objects that
-# the other build has made of them for this target.
+# orient_other_objects(target binary_folder sources_variable): replaces the sources by the objects
+# that the other build has compiled from them for this target.
 function(orient_other_objects target folder variable)
   set(sources ${${variable}})
   list(TRANSFORM sources REPLACE "^${CMAKE_CURRENT_SOURCE_DIR}/(.*)$"
@@ -59,8 +60,8 @@ function(orient_other_objects target folder variable)
   set(${variable} ${sources} PARENT_SCOPE)
 endfunction()
 
-# Inline functions are in the other build's objects and in this build's libraries, and the linker
-# takes the first: so all of the libraries stand before the objects.
+# Inline functions are both in the other build's objects and in this build's libraries, and the
+# linker takes the first: so all libraries come before the objects.
 function(orient_libraries_first target)
   get_property(libraries GLOBAL PROPERTY ORIENT_LIBRARIES)
   list(TRANSFORM libraries REPLACE "(.+)" "$<TARGET_FILE:\\1>" OUTPUT_VARIABLE files)
@@ -68,14 +69,14 @@ function(orient_libraries_first target)
   target_link_libraries(${target} PRIVATE ${libraries})
 endfunction()
 
-# Warnings are errors where CMAKE_COMPILE_WARNING_AS_ERROR says so (preset `ci`).
+# Warnings are errors if CMAKE_COMPILE_WARNING_AS_ERROR is set (preset `ci`).
 function(orient_compile_options target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
                          -Wno-sign-conversion)
 endfunction()
 
-# orient_precompiled(name LINK ... HEADERS ...): headers compiled once, for all targets that
-# REUSE_FROM it. It has no definitions of its own, else GCC would refuse.
+# orient_precompiled(name LINK ... HEADERS ...): precompiles headers once, for all targets that
+# REUSE_FROM it. It has no definitions of its own, which GCC would reject.
 function(orient_precompiled name)
   cmake_parse_arguments(PARSE_ARGV 1 its "" "" "LINK;HEADERS")
   file(GENERATE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/${name}.cpp CONTENT "")
@@ -85,12 +86,12 @@ function(orient_precompiled name)
   target_precompile_headers(${name} PRIVATE ${its_HEADERS})
 endfunction()
 
-# orient_library(orient_module folder PUBLIC ... PRIVATE ...): every .cpp of the folder and its
-# subfolders, but for main.cpp and benchmarks, linked with what follows; also as orient::module.
+# orient_library(orient_module folder PUBLIC ... PRIVATE ...): all .cpp files of the folder and its
+# subfolders except main.cpp and benchmarks, linked with the libraries given; alias orient::module.
 function(orient_library name folder)
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/${folder}/*.cpp)
   list(FILTER sources EXCLUDE REGEX "/main\\.cpp$|/bench/")
-  if(ORIENT_OBJECTS_OF)  # commands read options and print, the simulator reads no stranger's files
+  if(ORIENT_OBJECTS_OF)  # commands read options and print, the simulator reads no foreign files
     set(callers ${sources})
     list(FILTER callers INCLUDE REGEX "/tools/(commands|simulate)/")
     list(FILTER sources EXCLUDE REGEX "/tools/(commands|simulate)/")
@@ -121,9 +122,9 @@ function(orient_benchmark name)
   add_dependencies(benchmarks ${name})
 endfunction()
 
-# orient_embed(target folder function patterns ...): the folder's files that match become part of
-# the target as `std::span<const EmbeddedFile> function()`, so that the program stays one file that
-# cannot lose them. Changed, new and lost files are noticed by the next build.
+# orient_embed(target folder function patterns ...): embeds matching files of the folder in the
+# target as `std::span<const EmbeddedFile> function()`, so that the program remains one file that
+# cannot lose them. The next build notices changed, added and removed files.
 function(orient_embed target folder function)
   list(TRANSFORM ARGN PREPEND ${PROJECT_SOURCE_DIR}/${folder}/)
   file(GLOB files CONFIGURE_DEPENDS ${ARGN})

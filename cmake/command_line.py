@@ -1,4 +1,4 @@
-"""What `orient_command_line` (tools/completion) prints: commands and options of the program."""
+"""The program's commands and options, as listed by `orient_command_line` (tools/completion)."""
 
 import collections
 
@@ -7,7 +7,7 @@ Command = collections.namedtuple("Command", "path summary options")
 
 
 def read(text):
-    """path -> Command, in the program's order; "" is the program itself."""
+    """Returns path -> Command, in the program's order; "" is the program itself."""
     commands = {}
     for line in text.splitlines():
         what, path, *fields = line.split("\t")
@@ -21,7 +21,7 @@ def read(text):
 
 
 def nested(commands, path):
-    """Names of the commands directly below."""
+    """Names of the subcommands directly below `path`."""
     begin = path + " " if path else ""
     return [other[len(begin):] for other in commands
             if other and other.startswith(begin) and other != path
@@ -29,7 +29,7 @@ def nested(commands, path):
 
 
 def all_options(commands, path):
-    """Those of the command and of the one above it, which it takes as well (`--verbose`)."""
+    """Options of the command and those inherited from its parent (`--verbose`)."""
     above = path.rpartition(" ")[0] if " " in path else None
     inherited = commands[above].options if above else {}
     return {**commands[path].options, **inherited}

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Completion of the command line, from the program's own list of options.
+"""Writes shell completion for bash and zsh from the program's own list of options.
 
     completion.py COMMAND_LINE BASH ZSH   COMMAND_LINE: the program that prints the list;
                                           BASH, ZSH: the files to write
@@ -14,16 +14,16 @@ import command_line
 HELP = "help"
 
 BASH = """\
-# Completion of orient for bash; made from the program's options when it was built.
+# Completion of orient for bash, generated from the program's options by the build.
 
-# What may follow the command $1: nested commands and options.
+# Words that may follow the command $1: subcommands and options.
 _orient_words() {{
   case "$1" in
 {words}
   esac
 }}
 
-# How the option $2 of the command $1 goes on: its values, or a file; fails for a flag.
+# Values of the option $2 of the command $1, none for a file name; fails for a flag.
 _orient_values() {{
   case "$1 $2" in
 {values}
@@ -50,7 +50,7 @@ _orient() {{
     COMPREPLY=($(compgen -W "$(_orient_words "$command")" -- "$current"))
 }}
 
-# Commands below $1.
+# Subcommands of $1.
 _orient_nested() {{
   case "$1" in
 {nested}
@@ -62,7 +62,7 @@ complete -o bashdefault -o default -F _orient orient
 
 ZSH = """\
 #compdef orient
-# Completion of orient for zsh; made from the program's options when it was built.
+# Completion of orient for zsh, generated from the program's options by the build.
 
 _orient() {{
   local command="" word
@@ -98,7 +98,7 @@ def bash_text(commands):
 
 
 def zsh_quoted(text):
-    """In single quotes, and without what _arguments takes for its own."""
+    """Escapes text for single quotes and for _arguments."""
     for special in "\\[]:":
         text = text.replace(special, "\\" + special)
     return text.replace("'", "'\\''")

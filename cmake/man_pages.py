@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Man pages, one for the program and one for each subcommand, from the pages in docs.
+"""Writes man pages from the pages in docs, one for the program and one for each subcommand.
 
     man_pages.py COMMAND_LINE DOCS VERSION OUT   COMMAND_LINE: the program that prints commands and
                                                  options; OUT: a folder for orient.1.gz, ...
 
-Of Markdown the pages use headings, paragraphs, lists, tables, code, links and emphasis; this is what
-is understood. A table becomes a list: its first column is the term.
+Converts the Markdown that these pages use: headings, paragraphs, lists, tables, code, links and
+emphasis. A table becomes a list with its first column as the terms.
 """
 
 import gzip
@@ -22,17 +22,17 @@ WHERE = "/usr/share/doc/orient"
 
 
 def plain(text):
-    """Text that roff takes for text."""
+    """Escapes text that roff would interpret."""
     return text.replace("\\", "\\e").replace("-", "\\-").replace("'", "\\(aq").replace("`", "\\(ga")
 
 
 def line_of(text):
-    """A line of its own must not begin like a request."""
+    """Escapes the beginning of a line that looks like a roff request."""
     return "\\&" + text if text.startswith((".", "'")) else text
 
 
 def inline(text):
-    """Code and strong emphasis bold, emphasis italic, links as their text."""
+    """Converts code and strong emphasis to bold, emphasis to italic, and links to their text."""
     text = LINK.sub(r"\1", text)
     parts = []
     for part in INLINE.split(text):
@@ -52,7 +52,7 @@ def section(title):
 
 
 def told_links(text, names):
-    """Links to other pages with what they lead to: a man page, or a file of the documentation.
+    """Adds to links to other pages their targets: a man page, or a file of the documentation.
     `names`: the commands that have a man page."""
     def told(match):
         words, page = match[1], match[2].partition("#")[0]
@@ -69,13 +69,13 @@ def code(lines):
 
 
 def cells_of(row):
-    """Of a table's line; `a\\|b` is no border."""
+    """Cells of a table row; in `a\\|b` the bar separates no cells."""
     return [cell.replace("\\|", "|").strip()
             for cell in re.split(r"(?<!\\)\|", row.strip().strip("|"))]
 
 
 def table(rows):
-    """The first column as term; further columns under their headings where there are several."""
+    """The first column becomes the term; if several others follow, their headings label them."""
     head, *body = [cells_of(row) for row in rows if not re.fullmatch(r"[\s|:-]+", row)]
     out = []
     for row in body:
@@ -86,7 +86,7 @@ def table(rows):
 
 
 def blocks_of(text):
-    """(kind, lines) of a page: heading, code, table, list item, paragraph."""
+    """Splits a page into (kind, lines): heading, code, table, list item, paragraph."""
     found, fence = [], False
     for line in text.splitlines():
         kind = found[-1][0] if found else None
@@ -126,7 +126,7 @@ def roff(kind, lines):
 
 
 def sections_of(text):
-    """(title or "", blocks) of a page, its first heading left out."""
+    """Splits a page into (title or "", blocks), without its main heading."""
     sections = [("", [])]
     for kind, lines in blocks_of(text):
         if kind == "heading" and lines[0].startswith("# "):
@@ -139,7 +139,7 @@ def sections_of(text):
 
 
 def in_order(sections, command):
-    """As man pages have it: what stands before the first heading is the description."""
+    """Sections in the order of man pages; text before the first heading is the description."""
     intro = sections[0][1]
     rest = dict(sections[1:])
     synopsis = rest.pop("Synopsis", [("code", [f"orient {command} [OPTIONS]"])])
@@ -171,7 +171,7 @@ def page_of(commands, command, text, version):
 
 
 def program_page(commands, text, version):
-    """orient(1): its commands, and what the first section of docs/README.md says of all of them."""
+    """orient(1): its commands, and the first section of docs/README.md, which applies to all."""
     lines = head_of("orient", "orients scans of aerial film photos", version)
     lines += [".SH SYNOPSIS", "\\fBorient\\fR \\fICOMMAND\\fR ...", ".SH DESCRIPTION",
               plain(commands[""].summary), ".SH COMMANDS"]
@@ -195,7 +195,7 @@ def main(program, docs, version, out):
     out.mkdir(parents=True, exist_ok=True)
     for old in out.glob("*.1.gz"):
         old.unlink()
-    for name, text in pages.items():  # the same bytes every time
+    for name, text in pages.items():  # mtime=0: the same bytes every time
         (out / f"{name}.1.gz").write_bytes(gzip.compress(text.encode("utf-8"), 9, mtime=0))
 
 

@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
-"""Says how many tests ran and how many were skipped, which nobody sees in hundreds of lines.
+"""Prints how many tests ran and how many were skipped, which is lost in hundreds of lines.
 
-    count_skipped.py TESTS.xml    what `ctest --output-junit` wrote
+    count_skipped.py TESTS.xml    TESTS.xml: written by `ctest --output-junit`
 """
 
 import re
 import sys
 import xml.etree.ElementTree
 
-NO_DATA = "real data absent (ORIENT_SHARED_DATA)"  # the tests' own words
-# A suite of GoogleTest is one test of CTest; with --gtest_brief it says so at its end.
+NO_DATA = "real data absent (ORIENT_SHARED_DATA)"  # as the tests print it
+# A GoogleTest suite is one test for CTest; with --gtest_brief it ends with this summary.
 PASSED = re.compile(r"^\[  PASSED  \] (\d+) tests?\.$", re.MULTILINE)
 SKIPPED = re.compile(r"^(\S+:\d+): Skipped\n(.*)$", re.MULTILINE)
 

@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""CTest `docs_pages`: every subcommand has its page, and the pages can be read and found.
+"""CTest `docs_pages`: every subcommand has its page, and all pages are readable and linked.
 
     docs_pages_test.py ORIENT DOCS   ORIENT: the program; DOCS: the folder of the pages
-    docs_pages_test.py --self-test   proves that each fault of a page is found
+    docs_pages_test.py --self-test   checks that each kind of fault is found
 
-What the help of `orient NAME` (and of its nested commands) lists must be mentioned in DOCS/NAME.md.
-Pages keep to MOST_LINES lines of MOST_COLUMNS columns (tables and code may be wider) and to the
-field's own words. Every relative link in them, in README.md and in CONTRIBUTING.md beside DOCS
-leads to a file, and to a heading where it names one; and every page is reached from DOCS/README.md
-or README.md.
+All that the help of `orient NAME` (and of its nested commands) lists must be mentioned in
+DOCS/NAME.md. Pages have at most MOST_LINES lines of MOST_COLUMNS columns (tables and code may be
+wider) and use the terms of the field. Every relative link in them, and in README.md and
+CONTRIBUTING.md beside DOCS, leads to a file, and to a heading if it names one. Every page can be
+reached from DOCS/README.md or README.md.
 """
 
 import pathlib
@@ -18,12 +18,12 @@ import sys
 import tempfile
 
 OPTION = re.compile(r"--[a-z][a-z0-9-]*")
-# These say the same everywhere; docs/README.md explains them once.
+# The same for every command; docs/README.md explains them once.
 EVERYWHERE = {"--help", "--verbose", "--quiet", "--log", "--log-json"}
 
 MOST_LINES = 200
 MOST_COLUMNS = 100
-# What the glossary of conventions.md has a better word for.
+# Phrases for which the glossary in conventions.md has a better term.
 FORBIDDEN = ("came to rest", "come to rest", "comes to rest", "way of lying", "ways of lying",
              "freed")
 
@@ -36,7 +36,7 @@ def help_of(program, words):
 
 
 def commands_in(text):
-    """Names below the heading "Subcommands:"."""
+    """Names listed under the heading "Subcommands:"."""
     _, _, listed = text.partition("Subcommands:\n")
     names = []
     for line in listed.splitlines():
@@ -78,7 +78,7 @@ def complaints_about_commands(program, docs):
 
 
 def prose_of(text):
-    """(line number, line) of everything outside of fenced code."""
+    """(line number, line) of everything outside fenced code."""
     fenced = False
     for number, line in enumerate(text.splitlines(), 1):
         if line.lstrip().startswith("```"):
@@ -96,7 +96,7 @@ def complaints_about_form(page):
     for number, line in prose_of(text):
         if len(line) > MOST_COLUMNS and not line.startswith("|"):
             found.append(f"{page}:{number}: {len(line)} columns, more than {MOST_COLUMNS}")
-    # A phrase may go on in the next line.
+    # A phrase may continue on the next line.
     words = " ".join(text.lower().split())
     found += [f'{page}: says "{phrase}"; the glossary has a better word'
               for phrase in FORBIDDEN if re.search(rf"\b{phrase}\b", words)]
@@ -104,7 +104,7 @@ def complaints_about_form(page):
 
 
 def anchors_of(page):
-    """Headings as GitHub makes anchors of them."""
+    """Anchors of the headings, as GitHub generates them."""
     anchors = set()
     for _, line in prose_of(page.read_text(encoding="utf-8")):
         match = re.match(r"#+ (.*)", line)
@@ -165,7 +165,7 @@ GOOD = {"README.md": "[docs](docs/README.md)\n",
         "docs/README.md": "[a](a.md), [its end](a.md#the-end-of-it)\n",
         "docs/a.md": "# A\n\n## The `end` of it\n\n[up](#a)\n\n```\n[no link](nowhere.md)\n```\n"
                      f"\n| {'wide ' * 30}|\n"}
-# file, what is added to it, what must then be said
+# file, text added to it, expected complaint
 FAULTS = [("docs/a.md", "more\n" * MOST_LINES, "split it"),
           ("docs/a.md", "wide " * 30, "columns, more than"),
           ("docs/a.md", "It came\nto rest.", "better word"),

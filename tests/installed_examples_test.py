@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""CTest `installed_examples`: who installs Orient can build on its libraries.
+"""CTest `installed_examples`: programs can be built on the installed libraries.
 
     installed_examples_test.py BUILD EXAMPLES
 
-Installs the build tree BUILD below a temporary prefix, builds the EXAMPLES against that alone, and
-runs them: a made-up block, and a photo that the installed program simulates. What they print must
-be near the truth. Installed headers include one another, Eigen and the standard library only: a
-user of the libraries needs no other headers.
+Installs the build tree BUILD under a temporary prefix, builds the EXAMPLES against it alone, and
+runs them: a synthetic block, and a photo simulated by the installed program. Their output must be
+close to the truth. Installed headers may include only one another, Eigen and the standard library,
+so that users of the libraries need no other headers.
 """
 
 import csv
@@ -16,10 +16,10 @@ import subprocess
 import sys
 import tempfile
 
-# A small digital photo over open land: seconds.
+# A small digital photo of open terrain: takes seconds.
 SIMULATE = ("--photos", "1", "--camera-preset", "digital", "--pixel-size-um", "60", "--gsd-m", "0.75",
             "--relief-m", "50", "--bare", "--earth", "flat")
-MOST_SIGMAS = 4  # of a pose's element, off the truth
+MOST_SIGMAS = 4  # largest normalised error of a pose element
 FOREIGN_HEADER = re.compile(r"#\s*include\s*<(?!Eigen/)([^>]*[./][^>]*)>")
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""CTest `interruption`: Ctrl-C ends a run by the signal, and says how to go on.
+"""CTest `interruption`: after Ctrl-C, a run dies of the signal and says how to continue.
 
     interruption_test.py ORIENT
 """
@@ -15,7 +15,7 @@ MOST_S = 60
 
 
 def interrupted(orient, folder, number, *options):
-    """(what it said, how it ended) of a simulation that was interrupted once it had begun."""
+    """(standard error, exit code, log) of a simulation interrupted once it had begun."""
     log = folder / f"{number}.log"
     run = subprocess.Popen([orient, "simulate", "--out", folder / "block", "--photos", "20",
                             "--log", log, *options], stdout=subprocess.DEVNULL,
@@ -41,7 +41,7 @@ def main(orient):
                 found.append(f"{number.name}: ended with {code}")
             if not log.endswith("Z " + words):
                 found.append(f"{number.name}: logged {log!r}")
-        # Started to ignore it, as by nohup: it goes on.
+        # Started with the signal ignored, as by nohup: it continues.
         ignoring = subprocess.run(["bash", "-c", f"trap '' INT; '{orient}' cameras & "
                                    "sleep 0.02; kill -INT $!; wait $!"], capture_output=True,
                                   text=True, check=False)

@@ -2,13 +2,13 @@
 """CTest `layers`: every include follows the table of modules, without exceptions.
 
     layers_test.py ROOT          checks the sources below ROOT
-    layers_test.py --self-test   proves that what is forbidden is found
+    layers_test.py --self-test   checks that forbidden includes are found
 
-The table below is the one of docs/design.md: which folder may use which, subfolders included, and
-where each external library may be used. A folder or library not in the table is an error too.
-Beyond the table: no units (a header with its source) include one another in a circle; no two
-headers of a module define a type of one name, since the linker would take one for the other without
-a word; no folder holds more than 40 files, no file more than 400 lines.
+The table below is that of docs/design.md: which folders a folder may use, including subfolders, and
+which external libraries. A folder or library that is not in the table is an error, too. In
+addition: no circular includes between units (a header with its source); no two headers of a module
+define types of the same name, which the linker would silently confuse; no folder has more than 40
+files, and no file of the product more than 400 lines.
 """
 
 import pathlib
@@ -24,8 +24,8 @@ EXTERIOR = ["exterior/steps", "exterior/search", "exterior"]
 BLOCK = ["block/roll", "block/bundle", "block/ties", "block/inputs", "block/pictures",
          "block/stages", "block/verdict", "block"]
 
-# folder: (folders it may include besides its own, libraries from outside). Within a module the
-# folders stand in the order in which they build on one another.
+# folder: (folders it may include besides its own, external libraries). Within a module, folders are
+# listed in the order in which they build on one another.
 TABLE = {
     "core/base/geopackage": ([], {"SQLite"}),
     "core/base": (["core/base/geopackage"], {"Boost.Math", "fmt", "GDAL", "TBB"}),
@@ -81,7 +81,7 @@ for _folder in ("tools/commands/block", "tools/commands/cameras", "tools/command
 TABLE["tools/completion"] = (["tools/commands"], {"CLI11"})
 PRODUCT = list(TABLE)
 TABLE["python"] = (PRODUCT, {"Eigen", "pybind11"})
-# What a benchmark compares with may be another library's.
+# A benchmark may compare with another library.
 TABLE["tools/bench"] = (PRODUCT, TABLE["tools/commands"][1] | {"OpenCV", "TBB"})
 TABLE["examples"] = (PRODUCT, {"Eigen"})
 TABLE["tests"] = (PRODUCT + ["tools/bench"],
@@ -89,7 +89,7 @@ TABLE["tests"] = (PRODUCT + ["tools/bench"],
                    "libdeflate", "GoogleTest", "RapidCheck"})
 MOST_FILES, MOST_LINES = 40, 400
 
-# How the headers of a library from outside begin.
+# Patterns for the headers of external libraries.
 LIBRARIES = {
     "Eigen": r"(unsupported/)?Eigen/",
     "Boost.Math": r"boost/math/",
@@ -110,7 +110,7 @@ LIBRARIES = {
     "GoogleTest": r"(gtest|gmock)/",
     "RapidCheck": r"rapidcheck(\.h$|/)",
 }
-# The C++ standard library has neither a folder nor an extension; of POSIX we use these.
+# Headers of the C++ standard library have neither folder nor extension; of POSIX, we use these.
 STANDARD = re.compile(r"^([a-z_0-9]+|(unistd|fcntl|fnmatch|glob|malloc|signal|dlfcn|execinfo|dirent|pwd)\.h|sys/[a-z]+\.h)$")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 DEFINED_TYPE = re.compile(r"^(?:struct|class|enum class) (\w+)\s*(?:final\s*)?(?:[:{]|$)")
@@ -118,7 +118,7 @@ VAGUE_NAME = re.compile(r"(^|_)(utils?|common|misc)(_|$)")
 
 
 def folder_of(path):
-    """The folder of the table that a file lies in: its own, or the module of tests or examples."""
+    """The table's folder for a file: its own, or `tests` or `examples`; None if there is none."""
     folder = path.rpartition("/")[0]
     if folder.split("/")[0] in ("tests", "examples"):
         return folder.split("/")[0]
@@ -133,12 +133,12 @@ def library_of(header):
 
 
 def shared_by_tests(path, header):
-    """Helpers of tests lie in tests/support, or in a folder above the tests that use them."""
+    """Test helpers must be in tests/support or in a folder above the tests that use them."""
     return header.startswith("tests/support/") or path.startswith(header.rpartition("/")[0] + "/")
 
 
 def complaint_about(path, kind, header):
-    """Why `path` may not include `header`; None where it may."""
+    """Why `path` may not include `header`; None if it may."""
     folder = folder_of(path)
     folders, libraries = TABLE[folder]
     if kind == '"':
@@ -165,7 +165,7 @@ def unit_of(path):
 
 
 def circles(edges):
-    """Sets of units that include one another in a circle (Tarjan's strongly connected components)."""
+    """Sets of units with circular includes (Tarjan's strongly connected components)."""
     index, low, stack, found = {}, {}, [], []
 
     def visit(unit):
@@ -191,7 +191,7 @@ def circles(edges):
 
 
 class SourceTree:
-    """What is wrong with the sources below a root."""
+    """Checks the sources under a root; `found` lists what is wrong."""
 
     def __init__(self, root):
         self.root, self.files, self.found = pathlib.Path(root), 0, []
@@ -297,7 +297,7 @@ ALLOWED = [
 
 
 def complaints_of(sources):
-    """About a source tree of these files: {path: text}."""
+    """Complaints about a source tree of these files: {path: text}."""
     with tempfile.TemporaryDirectory() as root:
         for path, text in sources.items():
             file = pathlib.Path(root) / path

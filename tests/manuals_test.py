@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""CTest `manuals`: man pages and completion are whole, and are of the program as it is.
+"""CTest `manuals`: man pages and shell completion are complete and match the program.
 
     manuals_test.py COMMAND_LINE SCRIPTS DOCS   COMMAND_LINE: the program that prints the options;
                                                 SCRIPTS: the folder of man_pages.py, completion.py
-    manuals_test.py --self-test SCRIPTS         converts a made-up page
+    manuals_test.py --self-test SCRIPTS         converts an example page
 
-bash completes what a person would begin to type; zsh and groff check their files' form where they
-are installed.
+Completion by bash is tested with typical beginnings of commands; zsh and groff, if installed, check
+the syntax of their files.
 """
 
 import gzip
@@ -17,11 +17,11 @@ import subprocess
 import sys
 import tempfile
 
-# What Markdown leaves where it was not understood.
+# Traces of Markdown that was not converted.
 RESIDUE = re.compile(r"```|\]\(|\*\*|^\||^#|`")
 GROFF = ("groff", "-man", "-t", "-K", "utf8", "-T", "utf8", "-ww", "-z")
 
-# What is typed (the last word is being completed), what must be offered, what must not be.
+# Words typed (the last one is being completed), what must be offered, what must not be offered.
 TYPED = [
     (["orient", ""], {"interior", "block", "help", "--version"}, {"--resume"}),
     (["orient", "pat"], {"patchdb"}, {"block"}),
@@ -37,7 +37,7 @@ TYPED = [
 
 
 def offered(script, words):
-    """What bash completes; files are left to bash itself."""
+    """Completions in bash; file names are left to bash itself."""
     quoted = " ".join(f"'{word}'" for word in words)
     text = (f"source '{script}'; COMP_WORDS=({quoted}); COMP_CWORD={len(words) - 1}; _orient; "
             "printf '%s\\n' \"${COMPREPLY[@]}\"")

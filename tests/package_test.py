@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""CTest `package`: the Debian packages hold what belongs into them, each file once.
+"""CTest `package`: the Debian packages contain what belongs in them, each file once.
 
     package_test.py BUILD
 
-Without dpkg-deb and dpkg-shlibdeps there is nothing to look at.
+Does nothing without dpkg-deb and dpkg-shlibdeps.
 """
 
 import pathlib
@@ -12,7 +12,7 @@ import subprocess
 import sys
 import tempfile
 
-# package: what must be in it, what must not
+# package: files that it must contain, endings of names that it must not contain
 WANTED = {
     "orient": ({"usr/bin/orient", "usr/share/man/man1/orient.1.gz",
                 "usr/share/man/man1/orient-block.1.gz", "usr/share/doc/orient/block.md",
@@ -28,7 +28,7 @@ WANTED = {
                         "usr/lib/python3/dist-packages/orient/py.typed",
                         "usr/share/doc/python3-orient/copyright"}, (".h", ".a", ".md", ".1.gz")),
 }
-# What the program is linked with is found; what the headers need is named.
+# Libraries that the program is linked with are detected; those that the headers need are listed.
 DEPENDS = {"orient": ("libgdal", "libopencv-core", "libc6"),
            "liborient-dev": ("libeigen3-dev", "libceres-dev", "libtomlplusplus-dev", "libdeflate-dev",
                              "libspng-dev"),

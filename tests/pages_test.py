@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
 """CTests `quick_start_...` and `next_...`: the commands of a page do what the page says.
 
-    pages_test.py ORIENT PAGE...          runs the pages' blocks of `sh`, one after another, in an
-                                          empty folder with ORIENT's folder on the path; each must
-                                          end with 0, and every file of the tables of results must
-                                          be there. What a page leaves in `next` the following ones
-                                          do not find.
-    pages_test.py --needs PROGRAM ORIENT PAGE...    skipped (77) where there is no such program
+    pages_test.py ORIENT PAGE...          runs the pages' `sh` code blocks one after another in an
+                                          empty folder, with ORIENT's folder on the path. Each must
+                                          exit with 0, and every file in the tables of results must
+                                          exist. `next` is removed before each page.
+    pages_test.py --needs PROGRAM ORIENT PAGE...    skipped (77) if PROGRAM is not installed
 """
 
 import os

@@ -1,17 +1,17 @@
 #!/usr/bin/env python3
 """CTest `rooms_picture`: docs/rooms.svg shows which module uses which, according to the includes.
 
-    rooms_picture.py ROOT            fails where the picture is not what the sources below ROOT give
+    rooms_picture.py ROOT            fails if the picture does not match the sources under ROOT
     rooms_picture.py ROOT --write    draws it
 
-A module stands above all that it uses; every arrow is an include, from above to below.
+A module is above all modules that it uses; arrows are includes and point downwards.
 """
 
 import pathlib
 import re
 import sys
 
-# room: its left and right end, in COLUMN px; what it is there for; its colour.
+# module: left and right end in units of COLUMN px, purpose, colour.
 ROOMS = {
     "tools": (0, 24, "the program: commands, simulator, report, other programs' formats", "#e8e6f4"),
     "block": (1.2, 17, "a whole survey: stages, ties, bundle adjustment, verdict", "#e3edf8"),
@@ -21,20 +21,20 @@ ROOMS = {
     "ortho": (18.8, 23.2, "orthophotos, mosaics", "#f3f0d8"),
     "core": (0, 24, "used by all other modules", "#eeeeec"),
 }
-NO_ROOM = {"bench"}  # folders that are no part of the product
+NO_ROOM = {"bench"}  # folders that are not part of the product
 COLUMN, MARGIN, GAP = 46, 24, 46
 PADDING, TITLE, CHIP, CHIP_STEP, LETTER = 14, 40, 24, 30, 6.9
-CLEARANCE = 0.35  # of an arrow from what it passes, in columns
+CLEARANCE = 0.35  # of an arrow from whatever it passes, in columns
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"', re.MULTILINE)
 
 
 class Plan:
-    """Rooms, their folders, and who includes whom."""
+    """Modules (rooms), their folders, and which includes which."""
 
     def __init__(self, root):
         self.uses = {room: set() for room in ROOMS}
-        self.folders = {room: {} for room in ROOMS}  # folder: folders of the same room it includes
+        self.folders = {room: {} for room in ROOMS}  # folder: folders of the module it includes
         for room in ROOMS:
             for source in sorted((root / room).rglob("*.*")):
                 path = source.relative_to(root).as_posix().split("/")
@@ -55,7 +55,7 @@ class Plan:
         return max((self.level_of(other) + 1 for other in self.uses[room]), default=0)
 
     def folders_of(self, room):
-        """Those that others of the room build on come first."""
+        """The module's folders, each after those that it builds on."""
         inside = {folder: used for folder, used in self.folders[room].items() if folder}
 
         def level(folder):
@@ -64,7 +64,7 @@ class Plan:
 
 
 def chips(words, width):
-    """(word, x, width, line) of words in lines of a width."""
+    """(word, x, width, line) of words wrapped to lines of a width."""
     placed, x, line = [], 0, 0
     for word in words:
         wide = len(word) * LETTER + 20
@@ -97,7 +97,7 @@ def height_of(plan, room):
 
 
 def column_of(user, used, between, taken):
-    """Where an arrow runs straight down, as far as can be from what it passes."""
+    """Column of a vertical arrow, as far as possible from whatever it passes."""
     left = max(ROOMS[user][0], ROOMS[used][0])
     right = min(ROOMS[user][1], ROOMS[used][1])
     middle = (left + right) / 2
@@ -127,7 +127,7 @@ def picture(plan):
         parts += box(plan, room, *top[room])
     taken = []
     arrows = [(level[user] - level[used], user, used) for user in ROOMS for used in plan.uses[user]]
-    for _, user, used in sorted(arrows, reverse=True):  # the longest have least choice
+    for _, user, used in sorted(arrows, reverse=True):  # the longest have the least choice
         between = [room for room in ROOMS if level[used] < level[room] < level[user]]
         column = column_of(user, used, between, taken)
         taken.append(column)
@@ -162,7 +162,7 @@ def main(words):
     if words[1:]:
         file.write_text(drawn, encoding="utf-8")
     elif not file.exists() or file.read_text(encoding="utf-8") != drawn:
-        print("docs/rooms.svg is not what the includes give: look at them, then draw it anew with\n"
+        print("docs/rooms.svg does not match the includes: check them, then draw it again with\n"
               "tests/rooms_picture.py . --write")
         return 1
     return 0

@@ -1,16 +1,17 @@
 #!/usr/bin/env python3
-"""clang-tidy on all sources, as far as the time goes; what was found clean is not looked at again.
+"""Runs clang-tidy on all sources within a time limit; sources known to be clean are skipped.
 
     tidy.py BUILD [--seconds N] [--since REF] [SOURCE ...]   with BUILD/compile_commands.json
-    tidy.py --self-test                  proves that nothing is taken for clean that is not
+    tidy.py --self-test                  checks that nothing untidy is taken for clean
 
-A source is known to be clean by a digest of its text, of all the project's headers that it includes,
-of how it is compiled, of .clang-tidy and of the tool's version: a file of that name in the cache,
-$ORIENT_TIDY_CACHE or ~/.cache/orient-tidy. (The headers of other libraries are not part of it.) What
-changed since REF comes first (default: where the branch left origin/main, else the previous
-commit), then what includes a changed header. Looking ends after N seconds; what was not looked at
-is named, and looked at in a next run. Exit code 1 where a source that changed is untidy; what an
-untouched one is found to have is told, and mended with the next change to it.
+A clean source is known by a digest of its text, of all project headers that it includes, of its
+compile command, of .clang-tidy and of the tool's version: a file of that name in the cache,
+$ORIENT_TIDY_CACHE or ~/.cache/orient-tidy. (Headers of other libraries are not part of the digest.)
+Sources changed since REF come first (default: the point where the branch left origin/main, else the
+previous commit), then those that include a changed header. After N seconds no more sources are
+checked; those left over are named, and checked in a later run. The exit code is 1 if a changed
+source is untidy; findings in unchanged sources are only printed, to be fixed with the next change
+to them.
 """
 
 import argparse
@@ -26,7 +27,7 @@ import tempfile
 import time
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*"([^"]+)"', re.MULTILINE)
-FORGOTTEN_DAYS = 60  # what nobody asked for as long leaves the cache
+FORGOTTEN_DAYS = 60  # entries not asked for as long are removed from the cache
 AT_A_TIME = 2
 TOOL = "clang-tidy-14"
 
@@ -42,17 +43,17 @@ def git(root, *words):
 
 
 def changed_since(root, ref):
-    """Paths; all that git knows where there is nothing to compare with."""
+    """Paths changed since `ref`; all tracked files if there is nothing to compare with."""
     head = git(root, "rev-parse", "HEAD")
     base = git(root, "rev-parse", ref) if ref else git(root, "merge-base", "HEAD", "origin/main")
     if not base or base == head:
         base = git(root, "rev-parse", "--verify", "-q", "HEAD~1")
-    # Against the working tree, so that it serves before a commit, too.
+    # Compared with the working tree, so that it also works before a commit.
     return set(git(root, "diff", "--name-only", *base[:1]) if base else git(root, "ls-files"))
 
 
 class Project:
-    """The sources below a root: what each includes, and what its being clean depends on."""
+    """The sources under a root: what each includes, and the digest that clean ones are known by."""
 
     def __init__(self, root, build, tool=TOOL):
         self.root, self.build, self.tool = pathlib.Path(root), pathlib.Path(build), tool
@@ -62,12 +63,12 @@ class Project:
         self.commands = {}
         with open(self.build / "compile_commands.json", encoding="utf-8") as file:
             for entry in json.load(file):
-                # The same in any folder, and in any build tree of it.
+                # Independent of the location of sources and build tree.
                 command = entry["command"].replace(str(self.build), "BUILD")
                 self.commands[entry["file"]] = command.replace(str(self.root), "ROOT")
 
     def headers_of(self, path):
-        """The project's headers that a file includes itself, as paths from the root."""
+        """The project headers that a file includes directly, as paths from the root."""
         if path not in self.included:
             text = (self.root / path).read_text(encoding="utf-8")
             self.included[path] = [name for name in INCLUDE.findall(text)
@@ -89,7 +90,7 @@ class Project:
         return digest.hexdigest()
 
     def in_order(self, sources, changed):
-        """The changed ones first, then those that include what changed."""
+        """Changed sources first, then those that include changed headers."""
         def place(source):
             return (source not in changed, not self.all_headers_of(source) & changed, source)
         return sorted(sources, key=place)
@@ -101,7 +102,7 @@ class Project:
 
 
 class Cache:
-    """Digests of what is clean: empty files, as old as they were last asked for."""
+    """Digests of clean sources: empty files whose times say when they were last asked for."""
 
     def __init__(self, folder):
         self.folder = pathlib.Path(folder)
@@ -122,7 +123,7 @@ class Cache:
 
 
 def look(project, cache, sources, changed, seconds):
-    """(known to be clean, looked at, {untidy: why}, not looked at)."""
+    """Returns (known to be clean, checked, {untidy: why}, not checked)."""
     deadline = time.monotonic() + seconds
     digests = {source: project.digest_of(source) for source in sources}
     known = [source for source in sources if cache.has(digests[source])]
@@ -159,13 +160,13 @@ def main(words):
     known, looked_at, untidy, left = look(project, Cache(default_cache()), sources, changed,
                                           options.seconds)
     for source in left:
-        print(f"not looked at for lack of time: {source}")
-    print(f"{len(sources)} sources: {len(known)} known to be clean, {len(looked_at)} looked at, "
-          f"{len(untidy)} untidy, {len(left)} not looked at for lack of time")
+        print(f"not checked for lack of time: {source}")
+    print(f"{len(sources)} sources: {len(known)} known to be clean, {len(looked_at)} checked, "
+          f"{len(untidy)} untidy, {len(left)} not checked for lack of time")
     return 1 if changed & untidy.keys() else 0
 
 
-# --self-test: a tree of three sources, and a tool that dislikes the word BAD.
+# --self-test: a tree of three sources, and a tool that complains about the word BAD.
 TOOL_TEXT = """#!/bin/sh
 [ "$1" != --version ] || { echo made up; exit; }
 for last; do :; done

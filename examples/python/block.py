@@ -1,8 +1,8 @@
-"""A block in a notebook: cells begin with `# %%`, as Jupyter, VS Code and Spyder read them.
+"""A block in a notebook: cells begin with `# %%`, as understood by Jupyter, VS Code and Spyder.
 
 Needs the package `orient`, and NumPy. Works in the current folder: run it in an empty one.
 """
-# %% A small block whose truth is known, and control patches from older photos of the same land
+# %% A small block with known truth, and control patches from older photos of the same area
 import glob
 
 import numpy as np
@@ -16,14 +16,14 @@ orient.run("patchdb", "harvest", "flight/patches.gpkg", *sorted(glob.glob("fligh
            camera="flight/old/camera.toml", orientation="flight/old/orientation.csv",
            interior="flight/old/interior", dem="flight/dem.tif")
 
-# %% Orient it, and hear how far it is
+# %% Orient it, and print the progress
 orient.run("block", "flight/block.toml",
            progress=lambda task, done, total: print(f"{task}: {done} of {total}"))
 block = orient.Block("flight/out")
 for photo in block.photos:
     print(photo.photo, photo.status, *photo.findings, sep="\n  ")
 
-# %% How far off is it, in sigmas? The simulation knows.
+# %% Normalised errors: true errors, known from the simulation, over their stated sigmas
 truth = orient.read_poses("flight/truth/orientation.csv")
 order = [truth.photos.index(name) for name in block.names]
 errors = np.hstack([block.positions - truth.positions[order], block.angles - truth.angles[order]])

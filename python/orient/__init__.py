@@ -1,4 +1,4 @@
-"""Orient in Python: run its commands, read what they leave, and go between scan and ground.
+"""Orient in Python: run its commands, read their results, and transform between scan and ground.
 
     import orient
 
@@ -9,9 +9,9 @@
     pixels = geometry.pixels(ground)            # (n, 3) metres in the block's CRS -> (n, 2)
     ground = geometry.ground(pixels, orient.Surface("dem.tif", block.crs))
 
-Everything here is the program's own: the commands are those of `orient`, numbers come from its
-result files, and projection is the one that the adjustment used. Coordinates, angles (radians) and
-pixels are those of docs/conventions.md; what is absent is NaN in arrays and None elsewhere.
+Everything here is the program's own: the commands are those of `orient`, the numbers come from its
+result files, and the projection is that of the adjustment. Coordinates, angles (radians) and pixels
+are defined in docs/conventions.md; missing values are NaN in arrays and None elsewhere.
 """
 
 import json
@@ -35,11 +35,11 @@ __all__ = ["Block", "ExteriorResult", "Finding", "InputError", "InteriorResult",
 
 
 class Run(NamedTuple):
-    """What a command said. `all_done` is False where some photos were not oriented."""
+    """Output of a command. `all_done` is False if some photos were not oriented."""
 
     all_done: bool
     output: str  # standard output
-    messages: str  # the error stream
+    messages: str  # standard error
 
 
 def run(command: str, *arguments: Any, progress: Optional[Callable[[str, int, int], Any]] = None,
@@ -47,11 +47,11 @@ def run(command: str, *arguments: Any, progress: Optional[Callable[[str, int, in
     """Runs `orient COMMAND ARGUMENTS --OPTIONS` in this process.
 
     `pixel_size_um=20` is --pixel-size-um 20, `overwrite=True` the flag, a list several values.
-    Nested commands are words: run("patchdb", "create", "p.gpkg", crs="EPSG:32635").
-    `progress(task, done, total)` is called in this thread as the command goes on; what it raises,
-    and Ctrl-C, end the command at its next step: what is finished is kept.
+    Nested commands are arguments: run("patchdb", "create", "p.gpkg", crs="EPSG:32635").
+    `progress(task, done, total)` is called in this thread while the command runs. An exception that
+    it raises, or Ctrl-C, ends the command at its next step; finished results are kept.
 
-    Raises UsageError, InputError or MachineError where the program would end with 1, 2 or 4.
+    Raises UsageError, InputError or MachineError if the program would exit with 1, 2 or 4.
     """
     if command == "review":
         raise UsageError("orient review serves until it is stopped: run it from a shell")
@@ -110,7 +110,7 @@ def read_poses(path: Path) -> Poses:
 class Block:
     """The results in a folder of `orient block` or `orient exterior`.
 
-    `interior` is the folder of film photos' interior orientations, where it is another one.
+    `interior` is the folder of film photos' interior orientations, if it is a different one.
     """
 
     def __init__(self, folder: Path, interior: Optional[Path] = None):
@@ -165,13 +165,13 @@ class Block:
 
     @property
     def crs(self) -> Optional[str]:
-        """WKT, from the .prj beside the table of poses; None where there is none."""
+        """WKT, from the .prj beside the table of poses; None if there is none."""
         table = self.folder / "orientation.csv"
         return read_poses(table).crs if table.exists() else None
 
     @property
     def adjustment(self) -> Optional[dict]:
-        """block.json, where the block was adjusted: ties, checks, variance components."""
+        """block.json, if the block was adjusted: ties, checks, variance components."""
         path = self.folder / "block.json"
         return json.loads(path.read_text(encoding="utf-8")) if path.exists() else None
 
@@ -180,11 +180,11 @@ class Block:
         return read_interior(self.interior_folder / f"{name}.interior.json")
 
     def geometry(self, name: str) -> PhotoGeometry:
-        """The way between a photo's scan and the ground."""
+        """The transformation between a photo's scan and the ground."""
         return PhotoGeometry.of_result(self.folder, name, self.interior_folder)
 
     def geodataframe(self) -> Any:
-        """A GeoDataFrame of the photos: footprints, with pose, status and reasons; needs geopandas."""
+        """The photos as a GeoDataFrame: footprints, pose, status and reasons; needs geopandas."""
         import geopandas
         import shapely.geometry
         names = ("x", "y", "z", "omega", "phi", "kappa")

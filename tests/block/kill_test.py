@@ -3,11 +3,12 @@
 
     kill_test.py ORIENT INJECTOR [KILLS [SEED]]
 
-KILLS: 3 unless told; SEED: another one kills at other calls. A small simulated block is oriented
-undisturbed, with quicklook, export and a patch database that learns. Then again and again: each time the
-program dies at a call that writes (tests/faults/injector.cpp), with half of it in the file; every
-third time once more when it goes on; then it is left to end. What is in the folders and in the patch
-database must be the same to the last byte, times of day aside, and nothing else may be there.
+KILLS: number of blocks with a kill, default 3; SEED: determines at which calls. A small simulated
+block is oriented without disturbance, with quicklook, export and a patch database that learns. This
+is then repeated: each time, the program is killed at a call that writes
+(tests/faults/injector.cpp), with half of the data in the file; every third time, it is killed again
+after resuming; then it is left to finish. The contents of the folders and of the patch database
+must be the same to the last byte, except for times of day, and there must be no other files.
 """
 
 import collections
@@ -35,7 +36,7 @@ class Kills:
         self.expected = self.world.result()
 
     def kill(self, call):
-        """Whether the run was killed: one that goes on has less to do."""
+        """Whether the run was killed: a resumed run has less to do and may finish before."""
         done = self.world.run([*self.words, "--resume"], self.injector, "kill", call)
         assert done.returncode in (0, -signal.SIGKILL), done.stderr
         return done.returncode != 0
@@ -57,7 +58,7 @@ def main(orient, injector, kills, seed):
         last = int(kills_of.calls["kill"])
         wrong, counts = [], collections.Counter()
         for turn in range(kills):
-            # Spread over the run, each part of it once.
+            # Spread over the run: one kill in each of `kills` equal parts.
             first = chance.randint(turn * last // kills + 1, (turn + 1) * last // kills)
             calls = [first] + ([chance.randint(1, last)] if turn % 3 == 2 else [])
             kills_of.world.renew(kills_of.command)
@@ -68,7 +69,7 @@ def main(orient, injector, kills, seed):
                 wrong.append(turn)
                 print(f"killed at the calls {killed}:", *found, sep="\n  ", flush=True)
         killed = sum(number * count for number, count in counts.items())
-        print(f"{killed} kills in {kills} blocks of {last} writing calls, {len(wrong)} ended otherwise")
+        print(f"{killed} kills in {kills} blocks of {last} writing calls, {len(wrong)} wrong")
         sys.exit(1 if wrong or killed < kills // 2 else 0)
 
 

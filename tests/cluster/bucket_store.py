@@ -1,5 +1,5 @@
-"""A bucket of an object store (the part of S3's interface that GDAL uses), slow and unreliable as
-object_store.py is. Objects are files below FOLDER/<bucket>; credentials are not checked.
+"""A bucket of an object store (the part of the S3 interface that GDAL uses), as slow and unreliable
+as object_store.py. Objects are files under FOLDER/<bucket>; credentials are not checked.
 
     with BucketStore(folder, busy=0.05) as store: run(..., env=store.environment())
 """
@@ -51,7 +51,7 @@ class BucketHandler(Handler):
         self.end(204)
 
     def end(self, code):
-        """With the body in which S3 explains an error; `plain` stores have none."""
+        """Ends with the body in which S3 explains an error; `plain` stores send none."""
         if code < 400 or self.server.store.plain or self.command == "HEAD":
             return super().end(code)
         word = {403: "AccessDenied", 404: "NoSuchKey", 503: "SlowDown"}.get(code, "InternalError")
@@ -65,7 +65,7 @@ class BucketHandler(Handler):
         return urllib.parse.parse_qs(urllib.parse.urlsplit(self.path).query, keep_blank_values=True)
 
     def unanswered(self):
-        """Whether this request is for the object of which the store says nothing."""
+        """Whether this request is for the `unanswered` object; if so, refuses it or hangs up."""
         name, code = self.server.store.unanswered or (None, None)
         if not name or not urllib.parse.urlsplit(self.path).path.endswith("/" + name):
             return False
@@ -85,7 +85,7 @@ class BucketHandler(Handler):
         fault = store.next_fault()
         if fault == "busy":
             self.end(store.code)
-        elif fault == "cut":  # what came is lost, and no answer is given
+        elif fault == "cut":  # the body is lost, and no answer is sent
             store.cuts += 1
             self.close_connection = True
         return fault is not None
@@ -129,11 +129,11 @@ class BucketStore(ObjectStore):
     def __init__(self, folder, **faults):
         super().__init__(folder, handler=BucketHandler, **faults)
         self.plain = False  # errors without an explanation
-        self.forbidden = None  # part of the names that nobody may write
-        self.unanswered = None  # end of a name and the code that a question for it is answered by
-        self.half_said = False  # objects of several parts are not put together; the code says 200
-        self.pieces = {}  # of uploads that come in parts
-        self.written = []  # the objects, in their order
+        self.forbidden = None  # objects with this in their names must not be written
+        self.unanswered = None  # (end of a name, code that requests for it get; None: no answer)
+        self.half_said = False  # multipart uploads are not completed, although the code is 200
+        self.pieces = {}  # parts of multipart uploads
+        self.written = []  # the objects, in the order of writing
 
     def keep(self, path, contents):
         with self.lock:

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""CTest `parts_without_locks`: where the file system knows no locks, parts side by side, each done
-twice at once, still make the block that one run makes, byte for byte.
+"""CTest `parts_without_locks`: on a file system without locks, parallel parts, each run by two
+processes at once, still give the same block as a single run, byte for byte.
 
     no_locks_test.py ORIENT INJECTOR
 """

@@ -1,10 +1,10 @@
-"""A web server with range requests, as object stores have, that can be slow and unreliable.
+"""A web server with range requests, like an object store, that can be slow and unreliable.
 
     with ObjectStore(folder, busy=0.05, cut=0.01, delay_s=0.2) as store: store.url, store.bytes_sent
 
-`busy` is the share of requests answered by 503 (or `code`), `cut` that of answers that break off half-way; which
-ones they are follows from `seed` and the number of the request. As a script it serves FOLDER until it
-is interrupted:
+`busy` is the share of requests answered with 503 (or `code`), `cut` the share of answers that break
+off half-way; `seed` and the number of the request determine which. As a script, it serves FOLDER
+until interrupted:
 
     object_store.py FOLDER [BUSY [CUT [DELAY_S]]]
 """
@@ -73,7 +73,7 @@ class Handler(http.server.BaseHTTPRequestHandler):
                         for entry in sorted(folder.iterdir()))
         name = f"/{folder.relative_to(self.server.store.folder)}"
         text = (f"<html><head><title>Index of {name}</title></head><body>\n"
-                f"{links}</body></html>").encode()  # as nginx and Apache write it, GDAL reads it
+                f"{links}</body></html>").encode()  # as nginx and Apache do, which GDAL reads
         self.send_response(200)
         self.send_header("Content-Type", "text/html")
         self.send_header("Content-Length", str(len(text)))

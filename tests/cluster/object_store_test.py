@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""CTest `object_store`: scans on an unreliable web server give the results that local ones give.
+"""CTest `object_store`: scans on an unreliable web server give the same results as local ones.
 
     object_store_test.py ORIENT [DELAY_S [PHOTOS [PIXEL_UM]]]
 
-5 % of the requests are answered by 503, 1 % of the answers break off. Then the server refuses all:
-the run ends with 4, no photo has failed, and the same command goes on when it is back. Says how many
-bytes were read.
+5 % of the requests are answered with 503, 1 % of the answers break off. Then the server refuses all
+requests: the run exits with 4, no photo has failed, and the same command succeeds when the server
+is back. Prints how many bytes were read.
 """
 
 import json
@@ -32,7 +32,7 @@ def statuses(out):
 
 
 def complaints_about_refusals(orient, folder):
-    """Of busy and slow servers (503, 429, 408), of one that answers hardly ever, and of no file."""
+    """Busy and slow servers (503, 429, 408), one that hardly ever answers, and refused files."""
     found = []
     once = ("env", "GDAL_HTTP_MAX_RETRY=0", orient, "block")
     with ObjectStore(folder, busy=1) as store:
@@ -65,7 +65,7 @@ def main(orient, delay_s="0.02", photos="3", pixel_um="25"):
         run(orient, "block", folder / "block.toml")
         scans = sum(scan.stat().st_size for scan in (folder / "scans").glob("*.tif"))
         with ObjectStore(folder, BUSY, CUT, float(delay_s)) as store:
-            # Asterisk in an address: the server lists its folder.
+            # A wildcard in the URL: the server lists its folder.
             block = with_scans(folder, "remote.toml", [store.url + "/scans/*.tif"], "remote")
             for stage in ("interior", "exterior"):
                 run(orient, "block", block, "--stage", stage)

@@ -1,5 +1,5 @@
-"""A simulated block with its control patches, runs of the program, and what they leave: for tests and
-benchmarks that run the program from outside.
+"""A simulated block with its control patches, runs of the program, and comparisons of their output,
+for tests and benchmarks that run the program from outside.
 """
 
 import subprocess
@@ -8,13 +8,13 @@ import sys
 # Small digital photos: about two seconds of exterior orientation each.
 SMALL_DIGITAL = ("--camera-preset", "digital", "--pixel-size-um", 60, "--gsd-m", 0.8,
                  "--relief-m", 50)
-# Of the run, not of the block.
+# These depend on the run, not only on the block.
 OF_THE_RUN = {"run.json", "report.html", "block.gpkg", "block.qgz", "not_yet_learnt"}
 FOLDERS_OF_THE_RUN = {"slurm", "report_photos"}
 
 
 def run(*words, codes=(0,)):
-    """The process that ended; ends the program where its exit code is another one."""
+    """Returns the completed process; exits if its exit code is not one of `codes`."""
     done = subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
     if done.returncode not in codes:
         sys.exit(f"{' '.join(map(str, words))}: {done.returncode}\n{done.stdout}{done.stderr}")
@@ -22,7 +22,7 @@ def run(*words, codes=(0,)):
 
 
 def harvest(orient, folder, *options):
-    """patches.gpkg, made anew."""
+    """Creates patches.gpkg afresh."""
     database, old = folder / "patches.gpkg", folder / "old"
     database.unlink(missing_ok=True)
     run(orient, "patchdb", "create", database, "--crs", "EPSG:32635")
@@ -44,9 +44,9 @@ def contents(out):
 
 
 def complaints_about_difference(one, many):
-    """Between what two runs left; said is how many files were compared."""
+    """Differences between the output of two runs; prints how many files were compared."""
     expected, made = contents(one), contents(many)
     other = sorted(name for name in expected.keys() | made.keys()
                    if expected.get(name) != made.get(name))
-    print(f"{len(other)} of {len(expected)} files are other than those of one run on one machine")
+    print(f"{len(other)} of {len(expected)} files differ from those of one run on one machine")
     return ([] if expected else ["nothing was made"]) + other

@@ -1,9 +1,9 @@
-"""A Slurm of its own on this machine: controller and two node daemons, in a folder that is given up.
+"""A private Slurm on this machine: controller and two node daemons, in a temporary folder.
 
     with SlurmOnOneMachine(folder) as slurm: slurm.run("sbatch", ...)
 
-As root, with Debian's slurm-wlm and munge; ports and sockets are its own, so that an installed Slurm
-is not touched. As a script it sets one up below FOLDER and stays until it is interrupted:
+Needs root, and Debian's slurm-wlm and munge. It has its own ports and sockets, so that an installed
+Slurm is not affected. As a script, it sets one up under FOLDER and runs until interrupted:
 
     slurm_on_one_machine.py FOLDER
 """
@@ -107,14 +107,14 @@ class SlurmOnOneMachine:
         self.run("slurmd", "-N", node)
 
     def kill_node(self, node):
-        """The machine is gone: its daemon, and all that runs on it."""
+        """Simulates the loss of a machine: kills its daemon and everything that runs on it."""
         daemon = self._pid(node)
         for step in self.steps(node):
             self._kill_tree(step)
         self._kill(daemon)
 
     def steps(self, node):
-        """Process ids of what watches over the jobs of a node: they say its spool folder."""
+        """Ids of the node's slurmstepd processes, recognised by their files in its spool folder."""
         found = []
         for process in pathlib.Path("/proc").iterdir():
             if not process.name.isdigit():

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""CTest `slurm`: a block by `orient slurm --submit`, whose nodes and jobs are killed, is the block that
-one machine makes, byte for byte; and so it arrives in object storage.
+"""CTest `slurm`: a block run by `orient slurm --submit`, whose nodes and jobs are killed, is byte
+for byte the block of a single machine, and arrives as such in object storage.
 
     slurm_test.py ORIENT [PHOTOS [SEED]]
 
@@ -27,7 +27,7 @@ KILLED_NODES = 2
 MOST_SECONDS = 3000
 
 def orient_processes(orient, block):
-    """Of jobs: parts of this block that run now."""
+    """Ids of running processes that orient parts of this block as jobs."""
     found = []
     for process in pathlib.Path("/proc").iterdir():
         try:
@@ -40,7 +40,7 @@ def orient_processes(orient, block):
 
 
 def disturb(slurm, orient, block, draw):
-    """Kills jobs and nodes until as many are killed as shall be, or all is done."""
+    """Kills jobs and nodes until the intended numbers are reached or all jobs have ended."""
     jobs, nodes = KILLED_JOBS, KILLED_NODES
     until = time.monotonic() + MOST_SECONDS
     down = None

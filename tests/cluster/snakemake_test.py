@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""CTest `snakemake`: the example's graph makes the block that one run makes, byte for byte.
+"""CTest `snakemake`: the example workflow gives the same block as a single run, byte for byte.
 
     snakemake_test.py ORIENT SNAKEFILE
 

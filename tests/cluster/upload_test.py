@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""CTest `upload`: `orient upload` puts a folder into a bucket whole, whatever the store does.
+"""CTest `upload`: `orient upload` copies a folder completely to a bucket, whatever the store does.
 
     upload_test.py ORIENT [--all]
 
-Stores that refuse or say nothing make the program wait; that is in --all (CTest `upload_all`).
+Stores that refuse or do not answer make the program wait; --all tests them (CTest `upload_all`).
 """
 
 import json
@@ -22,7 +22,7 @@ PLACE = "s3://archive/block 7"
 
 
 def make_output(folder):
-    """As a run leaves it, one file larger than what is sent at once (below)."""
+    """An output folder as left by a run, with one file larger than an upload part (below)."""
     files = {"block.json": b"{}\n", "empty.txt": b"", "Überblick (1).csv": b"photo,x\n",
              "stages/exterior/a b.json": b"1", "mosaic.tif": bytes(range(256)) * 50_000}
     files |= {f"photos/{i}.json": str(i).encode() for i in range(20)}
@@ -30,7 +30,7 @@ def make_output(folder):
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(contents)
-    # What is none of the results.
+    # Files that are not results.
     for name in ("block.json.4000000-1.part", ".orient-block.lock", "slurm/logs/upload.log",
                  "orient-upload.json"):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
@@ -79,7 +79,7 @@ class Trial:
                 if path.is_file() and path != root / LIST}
 
     def begin(self, count, delay_s=0.1):
-        """An upload to a slow store that has so many of the objects and goes on."""
+        """Starts an upload to a slow store and returns once `count` objects have been written."""
         self.store.delay_s = delay_s
         process = subprocess.Popen(self.words(), env=self.environment(), stderr=subprocess.PIPE,
                                    stdout=subprocess.DEVNULL, text=True)
@@ -175,7 +175,7 @@ def goes_on_where_it_ended(trial, files):
 
 
 def takes_no_answer_for_no_object(trial, files):
-    """Of somebody's object, where the store is busy, forbids to look, or does not answer."""
+    """For somebody else's object, if the store is busy, denies access, or does not answer."""
     name = trial.bucket / "block 7/block.json"
     for code, trial.store.plain in ((503, False), (503, True), (403, False), (403, True),
                                     (500, False), (None, False)):
@@ -203,7 +203,7 @@ def replaces_only_what_it_planned(trial, files):
         trial.upload(code=1, says="would be replaced")
         (trial.bucket / "block 7/block.json").unlink()
         trial.upload(code=1, says=f"{LIST} would be replaced")
-    # Arrived with that upload, and is another one by now.
+    # Arrived with that upload, but has been changed since.
     listed = {"kind": "orient upload", "id": "1", "complete": False,
               "files": {"block.json": {"bytes": 3, "digest": "c735ad1983dc7ddd"}}}
     trial.clear()
@@ -222,7 +222,7 @@ def sees_that_an_object_was_not_put_together(trial, files):
     trial.store.half_said = False
     trial.upload()
     trial.expect("put together: other objects than files", trial.objects() == files)
-    # Nor where an older one lies there.
+    # Nor if an older object is there.
     (trial.out / "mosaic.tif").write_bytes(files["mosaic.tif"][:-1] + b"!")
     trial.store.half_said = True
     trial.upload("--overwrite", code=4, says="mosaic.tif")

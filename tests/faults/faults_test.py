@@ -4,14 +4,15 @@
     faults_test.py ORIENT INJECTOR [--everywhere [K/N] | --every [K/N]] [--only COMMAND]
                    [--kind KIND] [--at N] [--threads N]
 
-Every command that reads or writes files runs undisturbed and then again and again with one call that
-fails (injector.cpp), or all from one on ("write+"): one of one kind; --everywhere the first of those that
-the same functions make by the same way through the program (of every third way for "write+"); --every
-each single call. Both take hours; 3/8: of these the third, the eleventh ...
-Then the exit code is as documented and the message names a file; nothing false is there and nothing
-that does not belong there; the same command, run again, gives the undisturbed result to the last
-byte. On one thread a case can be repeated with --only, --kind and --at. --processes: cases tried at
-a time.
+Every command that reads or writes files runs undisturbed, and then repeatedly with one failing call
+(injector.cpp), or with all calls failing from one on ("write+"). By default, one call of one kind
+fails; with --everywhere, the first call of each path through the program (for "write+", of every
+third path); with --every, each single call. Both take hours; 3/8 selects the third, the eleventh
+... of these.
+After a fault, the exit code must be as documented, the message must name a file, and no file may be
+wrong or left over; the same command, run again, must give the undisturbed result to the last byte.
+On one thread, a case can be repeated with --only, --kind and --at. --processes: number of cases
+tried in parallel.
 """
 
 import argparse
@@ -27,7 +28,7 @@ from world import World, holds_changes, is_log, without_times
 
 KINDS = ["write", "write+", "read", "memory"]
 DONE, BAD_INPUT, MACHINE = 0, 2, 4
-# Say that a run is to be continued.
+# Files that mark a run as unfinished.
 IN_PROGRESS = {"unfinished", "unfinished_simulation", "not_yet_learnt", "not_yet_divided"}
 
 
@@ -42,7 +43,7 @@ class Cases:
         done = self.run("none", 0, count, told)
         assert done.returncode == DONE, f"{name}: {done.stdout}{done.stderr}"
         self.expected, self.said = world.result(), without_times(done.stdout)
-        self.places = collections.defaultdict(list)  # of each kind's calls
+        self.places = collections.defaultdict(list)  # call paths by kind
         for kind, place in map(str.split, told.read_text().splitlines()):
             self.places[kind].append(place)
         for kind, calls in map(str.split, count.read_text().splitlines()):
@@ -60,7 +61,7 @@ class Cases:
         first = {}
         for at, place in enumerate(self.places[kind.rstrip("+")], 1):
             first.setdefault(place, at)
-        # All that fails from one call on fails alike from the next one on.
+        # Failures of all calls from one on hardly differ from those from the next one on.
         return list(first.values())[::3 if kind.endswith("+") else 1]
 
     def chosen(self, kind, asked):
@@ -75,7 +76,7 @@ class Cases:
         return [chance % calls + 1] if kind == mine else []
 
     def try_one(self, kind, at):
-        """The exit code, and what is wrong after the n-th call of this kind has failed."""
+        """The exit code, and what is wrong after call number `at` of this kind has failed."""
         done = self.run(kind, at)
         text = (done.stdout + done.stderr).strip()[-300:]
         wrong = list(self.wrong_after(kind, done))
@@ -110,7 +111,7 @@ class Cases:
 
 
 def work(asked, start, number):
-    """Every asked.processes-th case, beginning with `number`: (tried, wrong)."""
+    """Tries every asked.processes-th case, beginning with `number`: (tried, wrong)."""
     tried = wrong = place = 0
     for name in [asked.only] if asked.only else World(asked.orient, start, start).commands(1):
         cases = Cases(World(asked.orient, start, start.parent / f"here{number}"), asked.injector, name,

@@ -1,20 +1,20 @@
-// Preloaded into the program (LD_PRELOAD): lets one call to the machine fail, the n-th of its kind,
-// by whatever library it is made, or kills the program there. Deterministic on one thread.
+// Preloaded into the program (LD_PRELOAD): makes the n-th call of a kind to the operating system
+// fail, from whatever library, or kills the program there. Deterministic on one thread.
 //
 //   ORIENT_FAULT_FOLDER  only files below it count
 //   ORIENT_FAULT_KIND    write: open for writing, write, truncate, flush, close, rename, make a
 //                        folder; read: open for reading, read, list a folder; memory: allocations
-//                        of 1 MB and more; kill: as write, and remove. The program dies there; of
-//                        what it writes, half is in the file.
+//                        of 1 MB and more; kill: as write, and remove. The program dies there, with
+//                        half of what it writes in the file.
 //   ORIENT_FAULT_AT      number of the call that fails, from 1; 0: none
-//   ORIENT_FAULT_ON      1: every later one fails, too
-//   ORIENT_FAULT_TRACE   set: who made the call that fails is told on standard error
-//   ORIENT_FAULT_COUNT   file that is given the number of calls of each kind at the end
-//   ORIENT_FAULT_PLACES  file that is given a line per call, "kind place"; one place is the same
-//                        functions by the same way through the program
-//   ORIENT_FAULT_NO_LOCKS  set: the file system knows no locks, as NFS without its lock daemon
+//   ORIENT_FAULT_ON      1: all later calls fail, too
+//   ORIENT_FAULT_TRACE   set: the call stack of a failing call is printed on standard error
+//   ORIENT_FAULT_COUNT   file to which the number of calls of each kind is written at the end
+//   ORIENT_FAULT_PLACES  file to which a line per call is written, "kind place"; calls with equal
+//                        call stacks have the same place
+//   ORIENT_FAULT_NO_LOCKS  set: the file system has no locks, like NFS without its lock daemon
 //
-// Nothing is flushed to the disk indeed, which would only take time: the machine does not fail.
+// Nothing is really flushed to the disk: this would only take time, as the machine does not fail.
 #include <dirent.h>
 #include <dlfcn.h>
 #include <execinfo.h>
@@ -47,7 +47,7 @@ void* __libc_memalign(size_t alignment, size_t size);
 namespace {
 
 constexpr int kMostFiles = 4096;
-constexpr size_t kMostPlaces = 1 << 16;  // per kind; later calls are not told
+constexpr size_t kMostPlaces = 1 << 16;  // per kind; later calls are not recorded
 constexpr size_t kLarge = size_t{1} << 20;
 enum Kind : char { kWrite, kRead, kMemory, kKill, kNone };
 constexpr std::array kNames = {"write", "read", "memory", "kill"};
@@ -86,7 +86,7 @@ void SetWatch(int file, bool below, bool writes) {
     watched[static_cast<size_t>(file)] = !below ? kNot : writes ? kForWriting : kForReading;
 }
 
-// Of the stack's return addresses; FNV-1a.
+// Hash of the return addresses on the stack (FNV-1a).
 size_t Place() {
   std::array<void*, 64> frames{};
   const int depth = backtrace(frames.data(), frames.size());
@@ -109,7 +109,7 @@ bool IsTurn(Kind kind) {
   return true;
 }
 
-// `half`: what a program that dies in the middle of it has done.
+// `half`: does what a program that is killed in the middle of the call has done.
 template <class Half>
 bool FailsWriting(bool concerned, const Half& half) {
   if (!concerned) return false;
@@ -160,7 +160,7 @@ FILE* OpenStream(const Open& open, const char* path, const char* mode) {
   return stream;
 }
 
-// So that ferror() says so. Returns the number of bytes.
+// Makes ferror() report an error. Returns the number of bytes.
 size_t SetError(FILE* stream) {
   stream->_flags |= 0x20;  // glibc's _IO_ERR_SEEN
   return 0;

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""CTest `neighbours_all` (slow): what fails in one photo changes nothing of the photos beside it.
+"""CTest `neighbours_all` (slow): a failure in one photo does not change the results of the others.
 
-    neighbours_test.py ORIENT INJECTOR [TRIES [SEED]]   TRIES: 20 unless told
+    neighbours_test.py ORIENT INJECTOR [TRIES [SEED]]   TRIES: default 20
 
-Four photos, two at a time. `exterior` and `interior` find a folder where one photo's result should be
-written; `block` a disk that is full from some call on (injector.cpp). Every result that is there
-afterwards is that of the undisturbed run, and so are all after the command was repeated.
+Four photos, two in parallel. `exterior` and `interior` find a folder in place of one photo's result
+file; `block` finds a disk that is full from some call on (injector.cpp). Every result written must
+be that of the undisturbed run, and so must all results after the command is repeated.
 """
 
 import pathlib
@@ -26,7 +26,7 @@ class Neighbours:
         self.world, self.injector, self.chance = World(orient, folder / "start", folder / "here", 4), injector, chance
         self.world.make()
         self.commands = self.world.commands(2)
-        # What a roll decides comes after all photos, which one of them prevents here.
+        # The roll is judged after all photos, which the failing one prevents here.
         self.commands["interior"].words += ["--roll", "differing"]
         self.expected, self.calls = {}, 0
         for name in ("exterior", "interior", "block"):
@@ -41,7 +41,7 @@ class Neighbours:
 
     def wrong(self, name, of_all):
         now, expected = self.world.result(), self.expected[name]
-        # A block's final results follow the stages'; only these are made photo by photo.
+        # A block's final results follow those of the stages; only these are made photo by photo.
         names = now.keys() | expected.keys() if of_all else \
             [f for f in now if f.name.endswith(SUFFIXES) and (name != "block" or "stages" in f.parts)]
         return [str(f) for f in names if now.get(f) != expected.get(f) and not is_log(f)]
@@ -51,7 +51,7 @@ class Neighbours:
         return [f"exit code {done.returncode}: {done.stderr}"] * (done.returncode != 0) + self.wrong(name, True)
 
     def in_the_way(self, name):
-        """A folder has the name of one photo's result."""
+        """A folder has the name of one photo's result file."""
         photo = self.chance.choice(self.world.photos)
         self.world.renew(self.commands[name])
         folder = self.world.here / f"out/{photo}.{name}.json"

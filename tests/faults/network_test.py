@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""CTest `faults_network`: a scan that does not arrive is no photo's result.
+"""CTest `faults_network`: a scan that cannot be fetched does not become a photo's result.
 
     network_test.py ORIENT
 
-A server in this process answers some requests for a scan and then fails, in one of two ways. `orient
-interior` ends with exit code 4 and stores nothing; with the server well again it gives the result that
-the file itself gives; a scan that is not there fails alone.
+A server in this process answers some requests for a scan and then fails, in one of two ways.
+`orient interior` must end with exit code 4 and store nothing; when the server works again, the
+result must be the same as from the local file. A scan that does not exist fails alone.
 """
 
 import concurrent.futures
@@ -62,11 +62,11 @@ class Handler(http.server.BaseHTTPRequestHandler):
 def interior(orient, folder, scan, out):
     return subprocess.run([orient, "interior", scan, "--camera", folder / "camera.toml", "--out", out],
                           capture_output=True, text=True, check=False, timeout=120,
-                          env={**os.environ, "GDAL_HTTP_MAX_RETRY": "0"})  # orient's own remain
+                          env={**os.environ, "GDAL_HTTP_MAX_RETRY": "0"})  # orient still retries
 
 
 def serving(folder, left, drops):
-    """A server that fails, in one of the two ways, after so many answers."""
+    """A server that fails after `left` answers: it hangs up if `drops`, else answers with 503."""
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler)
     server.folder, server.left, server.drops = folder, left, drops
     threading.Thread(target=server.serve_forever, daemon=True).start()
@@ -99,7 +99,7 @@ def main(orient):
                         "1.5", "--pixel-size-um", "150", "--bare"], check=True, capture_output=True)
         folder = pathlib.Path(temporary) / "made"
         faults = [(0, False), (2, False), (5, True), (1, True)]
-        # At the same time: nearly all of it is waiting before a request is repeated.
+        # In parallel: nearly all of the time is spent waiting before a request is repeated.
         with concurrent.futures.ThreadPoolExecutor(len(faults)) as pool:
             list(pool.map(lambda fault: a_fault_is_no_result(orient, folder, *fault), faults))
 

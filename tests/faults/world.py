@@ -1,4 +1,4 @@
-"""A small simulated world, every command that reads or writes files, and what a run of it leaves."""
+"""A small simulated world, every command that reads or writes files, and digests of its output."""
 
 import hashlib
 import json
@@ -11,16 +11,16 @@ import subprocess
 
 SIMULATE = ["--gsd-m", 1.5, "--pixel-size-um", 150, "--bare", "--position-error-m", 3,
             "--attitude-error-deg", 0.5, "--ortho"]
-LONGEST_S = 300  # of a run that takes a second: it hangs
+LONGEST_S = 300  # a run takes a second; after this time, it hangs
 TIME_OF_DAY = re.compile(r"\d{4}-\d\d-\d\dT[\d:.]+Z")
-# What a broken-off run has learned is in the database that the next one reads.
+# An interrupted run may have learned, which changes the database that the next run reads.
 DATABASE_DIGEST = re.compile(r"(patch database&quot;,&quot;path&quot;:&quot;[^&]*&quot;,&quot;digest&quot;:&quot;)\w+")
 
 
 def tables(path):
-    """All rows of a GeoPackage but what differs from one undisturbed run to the next (times of day, the
-    drawn token, the numbers of attempts, which what is told again replaces) or after a broken one."""
-    raw = sqlite3.connect(path)  # whoever may only read leaves logs
+    """All rows of a GeoPackage, without what differs between undisturbed runs (times of day, random
+    token, ids of attempts, which are replaced if recorded again) or after an interrupted one."""
+    raw = sqlite3.connect(path)  # a read-only connection would leave logs
     rows = []
     for (name,) in raw.execute("SELECT name FROM sqlite_master WHERE type = 'table' ORDER BY name"):
         if name in ("sqlite_sequence", "orient_content"):
@@ -39,7 +39,7 @@ def digest(path):
     if path.name == "run.json":  # when, and by which command
         return ""
     content = repr(tables(path)).encode() if path.suffix == ".gpkg" else path.read_bytes()
-    if path.name == "regions.json":  # when its databases were changed
+    if path.name == "regions.json":  # when its databases were modified
         content = re.sub(rb'"modified_ns": \d+', b"", content)
     if path.suffix == ".html":  # the same, in the report
         content = re.sub(rb'<section id="made">.*?</section>', b"", content, flags=re.DOTALL)
@@ -47,24 +47,24 @@ def digest(path):
 
 
 def is_log(path):
-    """SQLite's own files beside a database: what is in them is read with it."""
+    """SQLite's own files beside a database; their contents are read with it."""
     return path.name.endswith(("-wal", "-shm", "-journal"))
 
 
 def holds_changes(path):
-    """Of a log; the index of one, and an empty one, are what a reader leaves that may not remove it."""
+    """Whether a log holds changes; read-only readers may leave an index or an empty log."""
     return not path.name.endswith("-shm") and path.stat().st_size > 0
 
 
 class Command:
-    """`needs`: what of the world is copied; `again`: to be added where the command is repeated."""
+    """`needs`: files of the world to copy; `again`: options added when the command is repeated."""
 
     def __init__(self, needs, words, again=()):
         self.needs, self.words, self.again = needs, [str(word) for word in words], list(again)
 
 
 class World:
-    """Commands run in `here`, a copy of what they need of `start`."""
+    """Runs commands in `here`, a copy of the files of `start` that they need."""
 
     def __init__(self, orient, start, here, photos=2):
         self.orient, self.start, self.here = orient, start, here
@@ -213,7 +213,7 @@ class World:
         return {p.relative_to(self.here) for p in self.here.rglob("*") if p.is_file()}
 
     def result(self):
-        """Digests of all that is here, the world's paths and times of day left out."""
+        """Digests of all files in `here`, by relative path and without times of day."""
         return {name: digest(self.here / name) for name in self.files() if not is_log(name)}
 
 

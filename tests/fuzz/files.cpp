@@ -1,4 +1,4 @@
-// What people write: TOML files, tables, coordinate reference systems.
+// Files written by users: TOML files, tables, coordinate reference systems.
 #include <array>
 #include <filesystem>
 
@@ -20,7 +20,7 @@ const Crs& BlockCrs() {
   return crs;
 }
 
-// What was read is written, and read again as the same; its marks can be drawn.
+// An accepted file is written and read again with the same content; its marks can be rendered.
 const Register kCameraFile("camera_file", [](Input input) {
   const CameraFile camera = ReadCameraFile(FileWith("camera.toml", Text(input)));
   const std::string text = CameraFileText(camera, Folder());

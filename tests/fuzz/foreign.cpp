@@ -1,4 +1,4 @@
-// Other programs' files.
+// Files of other programs.
 #include <Eigen/Dense>
 #include <filesystem>
 
@@ -8,7 +8,7 @@
 namespace orient::fuzz {
 namespace {
 
-// The parts of an input become the files of a folder, in this order; a last one may be missing.
+// The parts of an input become the files of a folder, in this order; the last ones may be missing.
 Reader ReaderOf(ExchangeFormat format, const std::vector<std::string>& files) {
   return [=](Input input) {
     const std::string folder = Name(format);

@@ -1,4 +1,4 @@
-// libFuzzer's entry: one reader a process.
+// Entry point for libFuzzer: one reader per process.
 #include <cstdio>
 #include <cstdlib>
 
@@ -23,7 +23,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const orient::fuzz::Reader& reader = Chosen();
   try {
     reader({data, size});
-  } catch (const orient::InputError&) {  // what the user is told
+  } catch (const orient::InputError&) {  // reported to the user
   }
   return 0;
 }

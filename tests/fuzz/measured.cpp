@@ -1,4 +1,4 @@
-// Other programs' files of measurements: what is taken of them can be written and read again.
+// Measurement files of other programs: accepted measurements can be written and read again.
 #include <filesystem>
 
 #include "core/exchange/measured_files.h"

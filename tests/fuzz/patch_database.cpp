@@ -1,4 +1,4 @@
-// Patch databases of strangers: packed values, rows, whole files.
+// Untrusted patch databases: packed values, rows, whole files.
 #include <sqlite3.h>
 
 #include <cmath>
@@ -20,11 +20,11 @@
 
 namespace orient::fuzz {
 namespace {
-using namespace patchdb;  // NOLINT: all of it is about patch databases
+using namespace patchdb;  // NOLINT: the whole file is about patch databases
 
 Bytes BytesOf(Input input) { return {input.begin(), input.end()}; }
 
-// What is accepted is packed again as the same bytes.
+// Accepted values are packed again as the same bytes.
 const Register kPatchValue("patch_value", [](Input input) {
   Values values(input);
   const std::size_t kind = values.Below(5);
@@ -55,7 +55,7 @@ const Register kPatchValue("patch_value", [](Input input) {
   }
 });
 
-// The databases that it lists are not there.
+// The databases that the index lists do not exist.
 const Register kRegionIndex("region_index", [](Input input) {
   FileWith("regions/regions.json", Text(input));
   const std::string folder = Folder() + "/regions";
@@ -84,8 +84,8 @@ void Fill(PatchDatabase& database) {
   RetirePatches(database, {patches[0].id}, "test");
 }
 
-// All questions that are asked of a database; those that it refuses are answered, too. A check
-// takes ten times as long as all others.
+// All queries of a database; a refusal is an answer, too. A check takes ten times as long as all
+// others.
 void Ask(PatchDatabase& database, bool check) {
   if (check) Accepted([&] { return CheckDatabase(database, {}); });
   Accepted([&] { return database.Info(); });
@@ -101,7 +101,7 @@ void Ask(PatchDatabase& database, bool check) {
   Accepted([&] { return ContentOf(database); });
 }
 
-// A database that is opened once, in which rows are changed and changed back.
+// A database that is opened once; changes to its rows are rolled back.
 struct OpenDatabase {
   PatchDatabase database =
       PatchDatabase::Create(Folder() + "/rows.gpkg", MadeUpCrs(), [](auto& of) { Fill(of); });
@@ -121,7 +121,7 @@ struct OpenDatabase {
   SQLite::Database& Sql() { return database.Sql().Database(); }
   void Do(const std::string& sql) { Sql().exec(sql); }
 
-  // A value of any type in a column of one row or of all.
+  // Writes a value of any type to a column, in one row or in all.
   void Change(Values* values) {
     const auto& [table, columns] = tables[values->Below(tables.size())];
     const std::string& column = columns[values->Below(columns.size())];
@@ -158,7 +158,7 @@ const Register kPatchRows("patch_rows", [](Input input) {
   for (int i = 0; i < 8 && !values.Rest().empty(); ++i) {
     try {
       open.Change(&values);
-    } catch (const SQLite::Exception&) {  // SQLite itself refuses some
+    } catch (const SQLite::Exception&) {  // SQLite itself rejects some
     }
   }
   Ask(open.database, check);
@@ -166,7 +166,7 @@ const Register kPatchRows("patch_rows", [](Input input) {
   open.Do("ROLLBACK");
 });
 
-// The bytes of a small whole database.
+// The bytes of a small, undamaged database.
 const std::string& WholeFile() {
   static const std::string bytes = [] {
     const std::string path = Folder() + "/whole.gpkg";

@@ -1,4 +1,4 @@
-// Pictures: scans, DEMs, templates of marks, the chips of patches.
+// Rasters: scans, DEMs, templates of marks, chips of patches.
 #include <gdal_priv.h>
 #include <libdeflate.h>
 
@@ -20,7 +20,7 @@ namespace {
 
 bool Same(float a, float b) { return a == b || (std::isnan(a) && std::isnan(b)); }
 
-// A window's pixels are those of the whole image.
+// The pixels of a window must be those of the whole image.
 void RequirePartOf(const Image& whole, const PixelWindow& part, const Image& seen) {
   for (int row = 0; row < seen.height; ++row)
     for (int col = 0; col < seen.width; ++col) {
@@ -30,7 +30,7 @@ void RequirePartOf(const Image& whole, const PixelWindow& part, const Image& see
     }
 }
 
-// The first bytes say what is read of the file that follows.
+// The first bytes select the window and the reduction to be read from the file that follows.
 const Register kRaster("raster", [](Input input) {
   constexpr int kSmall = 1 << 16;
   Values values(input);
@@ -53,7 +53,7 @@ const Register kRaster("raster", [](Input input) {
   if (const auto colour = ColourRaster::Open(path)) colour->Read(window);
 });
 
-// Text as of Arc/Info, or any other format: GDAL looks into the file. The CRS is beside it.
+// An Arc/Info ASCII grid or any other format: GDAL inspects the content. The CRS is beside it.
 const Register kDem("dem", [](Input input) {
   static const Crs crs = Crs::Parse("EPSG:32635", "the fuzzer");
   static const std::string wkt = crs.Wkt1();
@@ -87,7 +87,7 @@ const Register kPicture("picture", [](Input input) {
   LoadPicture(path);
 });
 
-// PNG's chunk: length, type, data, checksum.
+// A PNG chunk: length, type, data, checksum.
 void AddChunk(const char* type, Input data, std::vector<unsigned char>* png) {
   const auto add = [png](std::uint32_t number) {
     for (int shift = 24; shift >= 0; shift -= 8)
@@ -100,7 +100,7 @@ void AddChunk(const char* type, Input data, std::vector<unsigned char>* png) {
   add(libdeflate_crc32(0, png->data() + begin, png->size() - begin));
 }
 
-// A file whose checksums are right, around any header and rows.
+// A PNG with correct checksums around an arbitrary header and rows.
 std::vector<unsigned char> Wrapped(Values values) {
   std::vector<unsigned char> png = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
   const bool small = values.Below(8) != 0;
@@ -125,7 +125,7 @@ std::vector<unsigned char> Wrapped(Values values) {
   return png;
 }
 
-// GDAL, hence libpng, reads the same values wherever both read.
+// GDAL, hence libpng, must read the same values if both read the file.
 void RequireAsGdalReads(const std::vector<unsigned char>& png, const std::vector<Image>& bands) {
   GDALAllRegister();
   CPLErrorHandlerPusher quiet(CPLQuietErrorHandler);
@@ -145,7 +145,7 @@ void RequireAsGdalReads(const std::vector<unsigned char>& png, const std::vector
   }
 }
 
-// The first byte says whether the rest is a PNG or is to become one.
+// The first byte determines whether the rest is a PNG or is to be packed as one.
 const Register kPng("png", [](Input input) {
   Values values(input);
   const bool as_it_is = values.Below(2) == 0;

@@ -13,10 +13,10 @@ namespace orient::fuzz {
 namespace {
 namespace fs = std::filesystem;
 
-// One thread: an input does the same every time, and no input waits for others.
+// One thread: an input has the same effect every time, and no input waits for others.
 const tbb::global_control kOneThread(tbb::global_control::max_allowed_parallelism, 1);
 
-// In memory where there is such a place: flushing costs nothing there.
+// In memory if possible: flushing costs nothing there.
 fs::path TemporaryPlace() {
   const fs::path memory = "/dev/shm";
   return access(memory.c_str(), W_OK) == 0 ? memory : fs::temp_directory_path();

@@ -1,10 +1,10 @@
-// Readers that are given any bytes: each .cpp file of this folder registers one or a few. With
-// libFuzzer (preset `fuzz`) they are the program `orient_fuzz`, which runs the reader that
-// $ORIENT_READER names; with any compiler `fuzz_corpus`, which runs all of them on the inputs that
-// are kept in corpus/<reader>/ and corpus/<reader>.zip.
+// Readers fed with arbitrary bytes; the .cpp files of this folder register one or more each. With
+// libFuzzer (preset `fuzz`), they form the program `orient_fuzz`, which runs the reader named by
+// $ORIENT_READER; with any compiler, `fuzz_corpus`, which runs all of them on the inputs kept in
+// corpus/<reader>/ and corpus/<reader>.zip.
 //
-// A reader ends well or throws InputError. Whatever else happens is a finding: another exception, a
-// signal, what a sanitizer says, a broken Require, too much memory or time.
+// A reader succeeds or throws InputError. Anything else is a finding: another exception, a signal,
+// a sanitizer report, a failed Require, too much memory or time.
 #pragma once
 
 #include <cstdint>
@@ -36,15 +36,15 @@ inline std::string_view Text(Input input) {
 
 // A folder of this process, removed at its end.
 const std::string& Folder();
-// A file in it (or in a folder below it) that holds `contents`; its path.
+// Writes `contents` to a file in that folder (or in a folder below it); returns its path.
 std::string FileWith(const std::string& name, std::string_view contents);
-// The same in GDAL's memory; `contents` must stay.
+// The same in GDAL's memory; `contents` must outlive its use.
 std::string MemoryFileWith(const std::string& name, Input contents);
 
-// The parts of an input that stands for several files, between lines "====".
+// The parts of an input that represents several files, separated by lines "====".
 std::vector<std::string_view> Parts(Input input);
 
-// Empty where the reader refuses.
+// Empty if the reader rejects the input.
 template <typename Read>
 auto Accepted(const Read& read) -> std::optional<decltype(read())> {
   try {
@@ -54,10 +54,10 @@ auto Accepted(const Read& read) -> std::optional<decltype(read())> {
   }
 }
 
-// Ends the process where something is not as it must be.
+// Aborts the process if `holds` is false.
 void Require(bool holds, const std::string& what);
 
-// Values out of an input, one after the other; zeros when it is used up.
+// Takes values from an input, one after the other; zeros once it is used up.
 class Values {
  public:
   explicit Values(Input input) : rest_(input) {}

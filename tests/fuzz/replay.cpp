@@ -1,8 +1,8 @@
-// CTest `fuzz_corpus`: every reader on the inputs that are kept for it.
+// CTest `fuzz_corpus`: runs every reader on the inputs kept for it.
 //
 //   fuzz_corpus CORPUS             all of them
-//   fuzz_corpus FILE READER        one input, and what the user is told
-//   fuzz_corpus --list             the readers' names
+//   fuzz_corpus FILE READER        one input; prints the message to the user
+//   fuzz_corpus --list             the names of the readers
 #include <cpl_string.h>
 #include <cpl_vsi.h>
 #include <fmt/format.h>
@@ -17,7 +17,7 @@
 namespace orient::fuzz {
 namespace {
 
-// Of a file, on disk or in an archive.
+// Contents of a file, on disk or in an archive.
 std::string Contents(const std::string& path) {
   VSILFILE* file = VSIFOpenL(path.c_str(), "rb");
   Require(file != nullptr, path + " cannot be read");
@@ -29,10 +29,10 @@ std::string Contents(const std::string& path) {
   return contents;
 }
 
-// What the user is told.
+// Returns the message to the user.
 std::string Run(const Reader& reader, const std::string& path) {
   const std::string contents = Contents(path);
-  // On the heap and of its very size, so that a sanitizer sees what is read beyond.
+  // On the heap with its exact size, so that a sanitizer detects reads beyond the end.
   const std::vector<std::uint8_t> bytes(contents.begin(), contents.end());
   try {
     reader(bytes);
@@ -44,7 +44,7 @@ std::string Run(const Reader& reader, const std::string& path) {
   return "taken";
 }
 
-// How many inputs there are.
+// Returns the number of inputs.
 int RunAll(const Reader& reader, const std::string& folder) {
   const CPLStringList names(VSIReadDir(folder.c_str()));
   int inputs = 0;

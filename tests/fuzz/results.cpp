@@ -1,4 +1,4 @@
-// What the program writes and reads again: results, files between stages.
+// Files that the program writes and reads again: results, files passed between stages.
 #include "core/files/results.h"
 
 #include "block/inputs/photo_interior.h"
@@ -13,7 +13,7 @@
 namespace orient::fuzz {
 namespace {
 
-// What was read is written, and what is read of that is written as the same bytes.
+// The result is written and read again; writing it once more must give the same bytes.
 template <typename Result>
 void RequireTheSameAgain(const Result& result, const std::string& path,
                          const std::function<void(const Result&)>& write,
@@ -57,7 +57,7 @@ const Register kBlockResult("block_result", [](Input input) {
       ReadAdjustmentResult);
 });
 
-// Every reader takes every stage's file.
+// Each reader is given the files of all stages.
 const Register kStageFile("stage_file", [](Input input) {
   const std::string path = FileWith("stage.json", Text(input));
   const Inputs made_from = ReadMadeFrom(path).value_or(Inputs());

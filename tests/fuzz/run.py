@@ -1,18 +1,18 @@
 #!/usr/bin/env python3
-"""Gives every reader of tests/fuzz inputs made by libFuzzer, and keeps what makes it behave anew.
+"""Feeds every reader of tests/fuzz with inputs from libFuzzer, and keeps those with new coverage.
 
-    run.py SECONDS [READER ...]     of the processor, for each reader; builds what it needs (Clang 14)
-    run.py --keep [READER ...]      the fewest inputs that reach as much, into corpus/READER.zip
+    run.py SECONDS [READER ...]     CPU time for each reader; builds what it needs (Clang 14)
+    run.py --keep [READER ...]      stores the fewest inputs of equal coverage in corpus/READER.zip
 
-Begins with the inputs of corpus/ and of earlier runs, and with the words that the reader's own
-sources hold. New inputs go to build/fuzz/inputs/READER, findings (a crash, more than 1 GB of memory,
-more than 10 s) to build/fuzz/findings, each to be shown again by
+Starts from the inputs of corpus/ and of earlier runs, and from the string literals in the reader's
+sources. New inputs go to build/fuzz/inputs/READER, findings (a crash, more than 1 GB of memory,
+more than 10 s) to build/fuzz/findings; each can be reproduced by
 
     build/fuzz/tests/fuzz/fuzz_corpus FILE READER
 
-Prints for each reader its executions, the edges of the program that were reached at the beginning
-and at the end (`edges`), the same told apart by how often (`features`), and the peak of memory. Exit
-code 1 where anything was found.
+Prints for each reader the number of executions, of program edges covered at the beginning and at
+the end (`edges`), of edges distinguished by their hit counts (`features`), of inputs, and the peak
+memory. The exit code is 1 if anything was found.
 """
 
 import os
@@ -27,7 +27,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 CORPUS, BUILD = ROOT / "tests/fuzz/corpus", ROOT / "build/fuzz"
 FUZZER = BUILD / "tests/fuzz/orient_fuzz"
 LIMITS = ["-rss_limit_mb=1024", "-timeout=10", "-max_len=20000"]
-# Where the words of a format stand: an input is made of them sooner than of any bytes.
+# Sources with the keywords of a format: they give valid inputs sooner than random bytes.
 WORDS = {"camera_file": ["core/files/camera_file*.cpp", "core/files/mark_elements_toml.cpp"],
          "block_file": ["core/files/block_file.cpp", "core/files/flight_plan_keys.cpp"],
          "orientation_table": ["core/files/orientation_table.cpp"],
@@ -74,7 +74,7 @@ def write_dictionary(reader, path):
 
 
 def kept_inputs(reader, folder):
-    """All of corpus/, as files in a folder."""
+    """Writes all inputs of corpus/ as files to a folder."""
     for path in (CORPUS / reader).iterdir() if (CORPUS / reader).is_dir() else []:
         (folder / path.name).write_bytes(path.read_bytes())
     archive = CORPUS / f"{reader}.zip"
@@ -84,13 +84,13 @@ def kept_inputs(reader, folder):
 
 
 def scratch_folder():
-    """In memory where there is such a place: readers want files."""
+    """In memory if possible: readers need files."""
     memory = pathlib.Path("/dev/shm")
     return tempfile.TemporaryDirectory(dir=memory if os.access(memory, os.W_OK) else None)
 
 
 def fuzz(reader, seconds):
-    """What a reader's run has shown."""
+    """Fuzzes a reader; returns the figures of its run."""
     own = BUILD / "inputs" / reader
     findings = BUILD / "findings" / reader
     for folder in (own, findings):
@@ -133,7 +133,7 @@ def take_log(text, shown):
 
 
 def keep(reader):
-    """The fewest and smallest inputs of all that reach as much as all of them."""
+    """Keeps the fewest and smallest inputs that have the coverage of all of them."""
     with scratch_folder() as scratch:
         kept, fewest = pathlib.Path(scratch) / "kept", pathlib.Path(scratch) / "fewest"
         kept.mkdir()
@@ -144,7 +144,7 @@ def keep(reader):
                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         with zipfile.ZipFile(CORPUS / f"{reader}.zip", "w", zipfile.ZIP_DEFLATED, True, 9) as packed:
             for path in sorted(fewest.iterdir()):
-                # Of no time, so that the same inputs make the same archive.
+                # Without a time, so that the same inputs give the same archive.
                 packed.writestr(zipfile.ZipInfo(path.name), path.read_bytes(), zipfile.ZIP_DEFLATED)
     print(f"{reader}: {len(list(zipfile.ZipFile(CORPUS / f'{reader}.zip').namelist()))} inputs, "
           f"{(CORPUS / f'{reader}.zip').stat().st_size} bytes")

@@ -1,17 +1,17 @@
 #!/usr/bin/env python3
-"""Whether the tests notice what is made wrong on purpose.
+"""Mutation testing: do the tests notice deliberate mistakes?
 
-    mutate.py ROOM|NAME ...   makes mutants (all of a room, or those whose name holds the word), one
-                              at a time, and shows which test kills each; what is known is not made
-                              again while table, source and tests stay as they are
-    mutate.py --all           all of them
-    mutate.py --self-test     proves that every mutant can still be made
+    mutate.py MODULE|NAME ...   makes mutants (all of a module, or those whose name contains the
+                                text), one at a time, and shows which test kills each; known results
+                                are reused as long as the mutated source and the name are unchanged
+    mutate.py --all             all of them
+    mutate.py --self-test       checks that every mutant can still be made
 
-A mutant is one text of one source in place of another: the tables beside this file, <room>.toml.
-It is made in a copy of the sources (build/mutation), where only what depends on it is built anew.
-Killed by: the compiler's tests first, that is those of the source's own test file, then its room's,
-then those of the rooms above, each until one fails. A test that runs for more than ten minutes kills
-it, too. A mutant with a `reason` is known to survive: the reason says why that is no harm.
+A mutant replaces a piece of text in one source; the tables beside this file, <module>.toml, list
+them. It is made in a copy of the sources (build/mutation), where only what depends on it is built
+again. It may be killed by the compiler; by tests of the source's own test file, then of its module,
+then of the modules above, until one fails; or by a test that runs for more than ten minutes. A
+mutant with a `reason` is known to survive; the reason says why that does no harm.
 """
 
 import hashlib
@@ -31,7 +31,7 @@ SOURCES, BUILD, RECORD = PLACE / "sources", PLACE / "build", PLACE / "killed.jso
 LEAST = 120
 # Tests that run the program from outside.
 SCRIPTS = {"upload": "tests/cluster/upload_test.py"}
-# The tests of a room, its own first.
+# The tests of each module, its own first.
 TESTS = {"core": ["test_core", "fuzz_corpus", "test_patchdb", "test_interior", "test_exterior",
                   "test_tools", "upload", "test_block", "test_end_to_end"],
          "interior": ["test_interior", "test_block", "test_tools", "test_end_to_end"],
@@ -45,7 +45,7 @@ QUICK = "-Slow*:*/Slow*"
 
 
 def mutants():
-    """All of the tables, each with its room."""
+    """All mutants of the tables, each with its module (`room`)."""
     found = []
     for room in TESTS:
         with open(TABLES / f"{room}.toml", "rb") as file:
@@ -54,11 +54,11 @@ def mutants():
 
 
 def mutated(mutant):
-    """The source's text with the mutant in it."""
+    """The text of the source with the mutant in it."""
     text = (ROOT / mutant["file"]).read_text(encoding="utf-8")
     count = text.count(mutant["old"])
     if count != 1:
-        raise ValueError(f"{mutant['name']}: its text stands {count} times in {mutant['file']}")
+        raise ValueError(f"{mutant['name']}: its text occurs {count} times in {mutant['file']}")
     return text.replace(mutant["old"], mutant["new"])
 
 
@@ -82,7 +82,7 @@ def self_test():
 
 
 def run(line, log, seconds=None):
-    """The exit code; None where time was up."""
+    """The exit code; None after a timeout."""
     with open(log, "w", encoding="utf-8") as file:
         try:
             return subprocess.run(line, stdout=file, stderr=file, check=False, cwd=SOURCES,
@@ -92,7 +92,7 @@ def run(line, log, seconds=None):
 
 
 def copy_sources():
-    """Only what differs: an unchanged file keeps its time, and is not built again."""
+    """Copies only files that differ: unchanged ones keep their times and are not built again."""
     names = subprocess.run(["git", "-C", ROOT, "ls-files", "-co", "--exclude-standard"], check=True,
                            capture_output=True, text=True).stdout.split("\n")
     for name in filter(None, names):
@@ -109,7 +109,7 @@ def build(targets):
 
 
 def own_suites(mutant):
-    """A filter for the suites of the source's own test file; empty where it has none."""
+    """A filter for the suites of the source's own test file; empty if it has none."""
     stem = pathlib.Path(mutant["file"]).with_suffix("")
     suites = set()
     for path in (ROOT / "tests" / stem.parent).glob(f"{stem.name}*_test.cpp"):
@@ -119,7 +119,7 @@ def own_suites(mutant):
 
 
 def failing_test(test, only=""):
-    """Its name; empty where all pass."""
+    """Name of the first failing test; empty if all pass."""
     log = PLACE / "test.log"
     if test in SCRIPTS:
         code = run([sys.executable, SOURCES / SCRIPTS[test], BUILD / "orient", "--all"], log, MOST_SECONDS)
@@ -137,7 +137,7 @@ def failing_test(test, only=""):
 
 
 def killer(mutant):
-    """What kills a mutant; None: nothing."""
+    """What kills a mutant; None if nothing does."""
     tests = TESTS[mutant["room"]]
     for place, test in enumerate(tests):
         program = ["orient"] if test == "test_end_to_end" or test in SCRIPTS else []

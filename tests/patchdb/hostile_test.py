@@ -1,16 +1,17 @@
 #!/usr/bin/env python3
-"""CTest `patchdb_hostile` (quick) and `patchdb_hostile_all` (slow): damaged and hostile patch databases
-never crash, hang, or escape.
+"""CTest `patchdb_hostile` (quick) and `patchdb_hostile_all` (slow): with damaged and hostile patch
+databases, no command crashes, hangs, or writes elsewhere.
 
     hostile_test.py ORIENT [INPUTS [PROGRAM [FIRST]]]
 
-INPUTS: 5 unless told, one of each kind; some seconds each. PROGRAM: what is run on them, ORIENT
-unless told; best one with sanitizers (preset `asan`), whose findings fail the test.
-FIRST: number of the first input, 0 unless told; every number is an input of its own.
+INPUTS: number of inputs, default 5 (one of each kind); a few seconds each. PROGRAM: the program run
+on them, default ORIENT; preferably one with sanitizers (preset `asan`), whose findings fail the
+test. FIRST: number of the first input, default 0; every number is a different input.
 
-Truncated and overwritten files, wrong types in columns, huge sizes, NaN coordinates, SQL in names,
-circles of references. Every command on them ends by itself, within a minute, with exit code 0, 1 or 2,
-and leaves no file anywhere but the database's own. A database that they are merged into stays sound.
+The inputs are truncated and overwritten files, wrong types in columns, huge sizes, NaN coordinates,
+SQL in names, and circular references. Every command on them must end by itself within a minute,
+with exit code 0, 1 or 2, and leave no files other than the database's own. A database that they are
+merged into must stay sound.
 """
 
 import os
@@ -65,7 +66,7 @@ SCRIPTS = [
 
 
 def rows(raw, random_):
-    """A random value in a random column of a random table."""
+    """Writes a random value to a random column of a random table."""
     tables = ["patches", "sources", "attempts", "evidence", "gpkg_contents", "gpkg_geometry_columns",
               "gpkg_spatial_ref_sys", "orient_schema", "orient_content", "rtree_patches_geom",
               "layer_styles", "gpkg_metadata"]
@@ -75,12 +76,12 @@ def rows(raw, random_):
         where = random_.choice(["", " WHERE rowid % 3 = 0", " WHERE rowid = 5"])
         try:
             raw.execute(f"UPDATE {table} SET {column} = ?{where}", (random_.choice(VALUES),))
-        except Exception:  # the database itself refuses some
+        except Exception:  # SQLite itself refuses some
             pass
 
 
 def script(raw, number):
-    """Tables that are not what they were."""
+    """Changes the tables themselves."""
     try:
         raw.executescript(SCRIPTS[number % len(SCRIPTS)])
     except Exception:  # as above
@@ -88,10 +89,10 @@ def script(raw, number):
 
 
 def damage(source, path, number, random_):
-    """The kinds take turns; `turn` counts within one."""
+    """Damages the database. Kinds of damage alternate; `turn` counts within a kind."""
     data = bytearray(source)
     turn, kind = divmod(number, 5)
-    if kind == 0:  # from the first byte to the last, and around the borders of pages
+    if kind == 0:  # truncated, anywhere and around page boundaries
         places = [1, 15, 16, 99, 100, 101, 4095, 4096, 4097, len(data) - 4096, len(data) - 1]
         end = places[turn] if turn < len(places) else len(data) * (turn - 10) // 50 % len(data)
         data = data[:end]
@@ -117,7 +118,7 @@ def damage(source, path, number, random_):
 
 
 def run(program, folder, number, words, sound=False):
-    """The exit code. A sanitizer's finding has one of its own, which no command ends with."""
+    """The exit code. A sanitizer's finding has its own, which no command uses."""
     environment = {**os.environ, "UBSAN_OPTIONS": "halt_on_error=1:exitcode=99",
                    "ASAN_OPTIONS": "exitcode=99:detect_leaks=0:allocator_may_return_null=1"}
     done = subprocess.run([program, "patchdb", *map(str, words)], capture_output=True, timeout=60,
@@ -147,7 +148,7 @@ def main(orient, inputs, program, first):
                           ["retire", path, "--min-failures", "1", "--apply"]):
                 code = run(program, folder, number, words)
                 codes[code] = codes.get(code, 0) + 1
-            # A merge takes whole sources or nothing.
+            # A merge takes complete sources or nothing.
             run(program, folder, number, ["check", target], sound=True)
             after = {entry.name for entry in folder.iterdir()
                      if not entry.name.endswith(("-wal", "-shm", "-journal"))}

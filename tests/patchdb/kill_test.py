@@ -3,11 +3,12 @@
 
     kill_test.py ORIENT LEARNER INJECTOR [KILLS [SEED]]
 
-ORIENT: the program; LEARNER: tests/patchdb/learner/main.cpp, which reports attempts as `orient exterior`
-does; INJECTOR: tests/faults/injector.cpp, which kills them at the n-th call that writes, with half of it
-in the file; KILLS: 6 unless told (runs that ended before that call are not counted); SEED: another one
-kills at other calls. A database is harvested into, merged into, updated, pruned and learns. After every
-kill `orient patchdb check` must pass and everything reported done before must be there.
+ORIENT: the program; LEARNER: tests/patchdb/learner/main.cpp, which reports attempts as `orient
+exterior` does; INJECTOR: tests/faults/injector.cpp, which kills them at the n-th call that writes,
+with half of the data in the file; KILLS: number of kills, default 6 (runs that ended before that
+call are not counted); SEED: determines at which calls. A database is harvested into, merged into,
+updated and compacted, its patches are retired and restored, and it learns. After every kill,
+`orient patchdb check` must pass, and everything reported as done must be there.
 """
 
 import collections
@@ -30,7 +31,7 @@ def count(orient, database):
 
 
 def harvest_words(folder):
-    """Three orthophotos that overlap by half, each a witness of the others."""
+    """Three orthophotos that overlap by half, each with evidence for the others' patches."""
     dem, tiles = made_up.terrain(folder), []
     for number in range(3):
         tiles.append(made_up.orthophoto(folder, number))
@@ -38,7 +39,7 @@ def harvest_words(folder):
 
 
 def learnt_is_whole(database, printed, attempts_each):
-    """Every photo is there with all of its patches or with none, and those that were reported are."""
+    """Every photo has attempts for all of its patches or for none; reported photos have them."""
     raw = sqlite3.connect(database)
     stored = dict(raw.execute("SELECT photo, count(*) FROM attempts WHERE photo GLOB 'learnt-*' "
                               "GROUP BY photo"))
@@ -59,7 +60,7 @@ class Rounds:
         made_up.create(orient, self.database)
         others = [made_up.other(orient, folder, number, sources=6) for number in range(4)]
         made_up.run(orient, "patchdb", "merge", self.database, others[0])
-        made_up.give_old_pages(self.database)  # which `compact` changes
+        made_up.give_old_pages(self.database)  # `compact` changes them
         self.start = self.database.read_bytes()
         restore = ["--source", "made-up-0-1.tif", "--apply"]
         self.commands = [["patchdb", "merge", "DB", others[1]], harvest_words(folder), ["LEARN"],
@@ -74,7 +75,7 @@ class Rounds:
         return [self.orient, *[str(database if word == "DB" else word) for word in words]]
 
     def environment(self, call):
-        """Of a program that dies at this call; 0: at none."""
+        """Environment of a program that is killed at this call; 0: at none."""
         return {**os.environ, "LD_PRELOAD": self.injector, "ORIENT_FAULT_FOLDER": str(self.folder),
                 "ORIENT_FAULT_KIND": "kill", "ORIENT_FAULT_AT": str(call),
                 "ORIENT_FAULT_COUNT": str(self.folder / "count")}
@@ -113,7 +114,7 @@ class Rounds:
         return count(self.orient, self.database)
 
     def finish(self):
-        """What was interrupted is finished by doing it again; a merge after a merge changes nothing."""
+        """Repeating interrupted commands completes them; a second merge changes nothing."""
         for words in self.commands[:5]:
             subprocess.run(self.program(words, self.database, 0), check=True, capture_output=True,
                            timeout=300)
@@ -143,7 +144,7 @@ def main(orient, learner, injector, kills, seed):
             round_ += 1
             print(f"\r{rounds.killed.total()} killed", end="", file=sys.stderr, flush=True)
             assert round_ < 4 * kills + 20, "too few kills hit a running program"
-            if round_ % 20 == 0:  # from the beginning, so that there is something to do
+            if round_ % 20 == 0:  # starts again, so that there is something to do
                 done = rounds.begin_anew()
         whole = rounds.finish()
         print(f"{rounds.killed.total()} of {round_} programs killed in the middle: "

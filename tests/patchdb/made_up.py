@@ -1,4 +1,4 @@
-"""Patch databases made by writing rows into a new one: for the tests that need the program whole."""
+"""Synthetic patch databases, made by writing rows, for tests that run the program from outside."""
 
 import random
 import sqlite3
@@ -42,7 +42,7 @@ def open_raw(path):
 
 
 def give_old_pages(path):
-    """As in a file of a program before pages had today's size."""
+    """Gives the file the page size of earlier versions of the program."""
     raw = sqlite3.connect(path, isolation_level=None)
     for change in ("journal_mode = DELETE", "page_size = 4096"):
         raw.execute(f"PRAGMA {change}")
@@ -52,7 +52,7 @@ def give_old_pages(path):
 
 
 def other(orient, folder, number, sources=12, patches=25):
-    """A database of its own: every number shares half of its places, and how they look, with the
+    """A separate database: each number shares half of its positions, and their appearance, with the
     number before."""
     path = folder / f"other-{number}.gpkg"
     create(orient, path)
@@ -83,7 +83,7 @@ def run_quietly(orient, *words):
 
 
 def terrain(folder):
-    """A level DEM at 100 m under all of what is made up here."""
+    """A level DEM at 100 m under everything created here."""
     path = folder / "dem.asc"
     row = " ".join(["100"] * 40)
     path.write_text("ncols 40\nnrows 40\nxllcorner 498000\nyllcorner 4998000\ncellsize 100\n"
@@ -98,7 +98,7 @@ def terrain(folder):
 
 
 def orthophoto(folder, number, side=600):
-    """Half of its ground is also its successor's. Raw bytes with ENVI's header, 0.5 m a pixel."""
+    """Overlaps with the next number by half. Raw bytes with an ENVI header, 0.5 m per pixel."""
     ground = random.Random(5)
     blocks = [[ground.randrange(40, 216) for _ in range(2 * side // 5)] for _ in range(side // 5)]
     rows = bytearray()

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """CTest `patchdb_writers` (quick) and `patchdb_writers_all` (slow): two writers and four readers at
-once, no error, nothing lost; four that create one database, one of which does.
+once, without errors or losses; of four that create the same database, exactly one succeeds.
 
-    writers_test.py ORIENT [TURNS]   TURNS: of each writer, 3 (all of its commands) unless told
+    writers_test.py ORIENT [TURNS]   TURNS: commands of each writer, default 3 (each at least once)
 """
 
 import pathlib
@@ -15,7 +15,7 @@ import made_up
 
 
 def race(orient, folder):
-    """Four make the same database at once."""
+    """Four programs create the same database at once."""
     for turn in range(3):
         database = folder / f"raced{turn}.gpkg"
         words = [orient, "patchdb", "create", database, "--crs", "EPSG:32635"]
@@ -64,7 +64,7 @@ def main(orient, turns):
             thread.join()
         assert not errors, "\n".join(errors)
         made_up.run(orient, "patchdb", "check", database)
-        for other in others:  # nothing of what was merged is missing
+        for other in others:  # nothing that was merged is missing
             out = made_up.run(orient, "patchdb", "merge", database, other)
             assert out.startswith("0 patches of 0 new sources added"), out
         print(f"{runs[0]} writing and {runs[1]} reading runs, no error")

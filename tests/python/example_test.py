@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""CTest `python_example`: the notebook-like example runs, and what it computes is near the truth.
+"""CTest `python_example`: the notebook-like example runs, and its results are close to the truth.
 
-    example_test.py PACKAGES EXAMPLE   the folder that holds the package `orient`, and the example
+    example_test.py PACKAGES EXAMPLE   folder with the package `orient`, and the example's file
 """
 
 import contextlib
@@ -11,7 +11,7 @@ import runpy
 import sys
 import tempfile
 
-MOST_SIGMAS = 4.5  # of a pose's element, off the truth
+MOST_SIGMAS = 4.5  # largest normalised error of a pose element
 
 
 def main(packages, example):

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""CTest `python`: what the package `orient` promises beside what its example shows.
+"""CTest `python`: what the package `orient` promises beyond its example.
 
-    python_test.py PACKAGES   the folder that holds the package `orient`
+    python_test.py PACKAGES   folder with the package `orient`
 """
 
 import inspect

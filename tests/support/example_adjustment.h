@@ -1,4 +1,4 @@
-// What an adjusted block of three photos says, for tests of what is made from it.
+// The result of an adjusted block of three photos, for tests of what is derived from it.
 #pragma once
 
 #include "core/files/adjustment_result.h"

@@ -1,4 +1,4 @@
-// Errors are for people: tests look at what the message names, not only at its type.
+// Error messages are for people: tests check what the message names, not only the error's type.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 
 namespace orient {
 
-// `action` throws an Error whose message contains every part.
+// Expects `action` to throw an Error whose message contains every part.
 template <typename Error>
 void ExpectError(const std::function<void()>& action, std::initializer_list<std::string> parts) {
   try {

@@ -1,4 +1,4 @@
-// A process that may open few files more, as on a machine that is short of them.
+// Limits how many files the process may open, as on a machine that is short of file descriptors.
 #pragma once
 
 #include <dlfcn.h>
@@ -9,7 +9,7 @@
 
 namespace orient {
 
-// While it lives, `count` files may be opened beside those that are open.
+// During its lifetime, `count` more files may be opened.
 class FewFiles {
  public:
   explicit FewFiles(rlim_t count) {
@@ -27,9 +27,9 @@ class FewFiles {
   rlimit before_{};
 };
 
-// UBSan opens a pipe to look at a class that it has not met, and takes the object for damaged where
-// it cannot: tests with FewFiles run without sanitizers alone. Asked of the process, since tests
-// that are compiled without may be linked with them.
+// UBSan opens a pipe to inspect a class that it has not seen before, and takes the object for
+// damaged if it cannot: tests with FewFiles run only without sanitizers. The process is asked,
+// because tests compiled without sanitizers may be linked with them.
 inline bool UnderSanitizers() { return dlsym(RTLD_DEFAULT, "__asan_init") != nullptr; }
 
 }  // namespace orient

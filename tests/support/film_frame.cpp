@@ -35,7 +35,7 @@ double ValueNoise(double x, double y, unsigned seed) {
   return (1 - v) * top + v * low;
 }
 
-// Fields with borders, fine grain between; sizes in pixels.
+// Fields with borders, roads, and texture of all sizes; sizes in pixels.
 double TextureAt(double x, double y, unsigned seed) {
   double value = 0, weight = 0, amplitude = 1;
   for (int octave = 0; octave < 6; ++octave) {
@@ -50,7 +50,7 @@ double TextureAt(double x, double y, unsigned seed) {
   return 20 + 130 * value / weight + 60 * field + road;
 }
 
-// Share of the surroundings that shines through, and what the mark adds, over a pixel.
+// Averages over a pixel: share of the surroundings that shows through, and brightness of the mark.
 struct Paint {
   double surroundings = 0, mark = 0;
 };

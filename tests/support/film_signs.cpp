@@ -26,7 +26,7 @@ bool InSymbol(const MarkSymbol& symbol, const Vector2d& at) {
   return false;
 }
 
-// Characters of 2 x 1.4 mm on a grid of 0.28 mm squares, a third of which are bright.
+// Characters 1.7 mm high and 1.4 mm wide of 0.28 mm squares, a third of which are bright.
 bool InWriting(const Vector2d& at) {
   const double u = at.x() / 0.28, v = at.y() / 0.28;
   const int i = static_cast<int>(std::floor(u)), j = static_cast<int>(std::floor(v));
@@ -36,7 +36,7 @@ bool InWriting(const Vector2d& at) {
   return ((h ^ (h >> 16)) & 0xffu) < 85;
 }
 
-// Replaces what `tone_at` gives for places between two corners (photo mm): NaN leaves it alone.
+// Sets the tones given by `tone_at` between two corners (photo mm); NaN leaves the scan unchanged.
 template <typename ToneAt>
 void Paint(const Affine2d& pixel_from_photo, const Vector2d& low, const Vector2d& high,
            ToneAt tone_at, Image* scan) {

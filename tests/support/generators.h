@@ -1,4 +1,4 @@
-// RapidCheck generators that the geometry's tests share.
+// RapidCheck generators shared by the geometry tests.
 #pragma once
 
 #include <rapidcheck.h>

@@ -1,4 +1,4 @@
-// A film photo with everything in its geometry, over hills: what the orthophoto's tests look at.
+// A film photo over hills with all geometric effects, for tests of orthophotos.
 #pragma once
 
 #include <cmath>
@@ -13,7 +13,7 @@ namespace orient::ortho {
 
 inline constexpr int kScan_px = 420;
 
-// Wide-angle, distorted lens, turned scan, bent film; a pixel shows about 3 m.
+// Wide angle, lens distortion, rotated scan, deformed film; the GSD is about 4 m.
 inline PhotoView HillyView() {
   PhotoView view;
   view.camera.kind = CameraKind::kFilm;
@@ -34,7 +34,7 @@ inline PhotoView HillyView() {
   return view;
 }
 
-// Gentle hills of 60 m, or with a wall: a terrace of 150 m more west of x = 5200.
+// Gentle hills of 60 m; with `wall`, the terrain west of x = 5200 is 150 m higher.
 inline GroundSurface Hills(bool wall = false) {
   constexpr int kNodes = 301;
   constexpr double kWest = 3500, kNorth = 4500, kCell = 10;
@@ -48,7 +48,7 @@ inline GroundSurface Hills(bool wall = false) {
   return GroundSurface::FromGrid(heights, kWest, kNorth, kCell);
 }
 
-// The same heights as a file.
+// Writes the same heights to a file.
 inline void WriteHills(const std::string& path, const Crs& crs, bool wall = false) {
   const GroundSurface hills = Hills(wall);
   std::vector<float> heights;
@@ -59,8 +59,8 @@ inline void WriteHills(const std::string& path, const Crs& crs, bool wall = fals
   simulation::WriteFloatTiff(path, 300, 300, heights, {3500, 4500, 10, crs});
 }
 
-// What the photo would show if the ground at (x, y) had the grey value value(x, y); 16 bit, 0 where
-// it shows none.
+// Writes the scan of the photo for ground with grey value value(x, y) at (x, y); 16 bit, 0 where it
+// shows no ground.
 template <typename Value>
 void WriteScan(const std::string& path, const PhotoView& view, const GroundSurface& surface,
                const Value& value, int side = kScan_px) {

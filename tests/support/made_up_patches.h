@@ -1,4 +1,4 @@
-// Patch databases full of made-up patches, for tests of what looks after them.
+// Patch databases with synthetic patches, for tests of their maintenance.
 #pragma once
 
 #include <random>
@@ -11,7 +11,7 @@ namespace orient {
 
 inline Crs MadeUpCrs() { return Crs::Parse("EPSG:32635", "test"); }
 
-// A chip of 31 px with a texture of its own for each `seed`.
+// A patch with a chip of 31 px, whose texture depends on `seed`.
 inline patchdb::Patch MadeUpPatch(double x_m, double y_m, unsigned seed, double gsd_m = 0.5) {
   std::mt19937 random(seed);
   patchdb::Patch patch;

@@ -24,20 +24,22 @@ struct Ngi {
   std::string CrsFile() const { return folder + "/published_orientation.prj"; }
 
   // Writes the published orientation with errors of these sizes in every element; the signs are
-  // bits of `signs`, six a photo.
+  // bits of `signs`, six per photo.
   void WriteApproximations(const std::string& path, double position_m, double attitude_deg,
                            unsigned signs) const;
-  // RMS difference of reprojection over the whole frame, px, and of the six elements.
+  // RMS reprojection difference over the whole frame, px; length of the position's error, m;
+  // largest error of an angle, degrees.
   double FrameRms(const ExteriorResult& result) const;
   double PositionError(const ExteriorResult& result) const;
   double AngleErrorDeg(const ExteriorResult& result) const;
-  // RMS of the pose's six errors, decorrelated and divided by their sigmas: 1 where these are
-  // honest.
+  // RMS of the pose's six errors, decorrelated and divided by their sigmas: 1 if these are
+  // realistic.
   double NormalisedError(const ExteriorResult& result) const;
 };
 
-// Patches of one strip lie in two fifths of the other's frames, and orthophotos are displaced as a
-// whole: what that leaves of the far corners may be more than a pixel. Nothing else may be wrong.
+// Patches of one strip cover two fifths of the other strip's frames, and orthophotos are displaced
+// as a whole: at the far corners, the resulting error may exceed a pixel. Nothing else may be
+// wrong.
 void ExpectOkOrPoorlyDetermined(const ExteriorResult& result);
 
 }  // namespace orient

@@ -1,4 +1,4 @@
-// Patch databases as older programs wrote them.
+// Patch databases as written by earlier versions of the program.
 #pragma once
 
 #include <SQLiteCpp/SQLiteCpp.h>
@@ -7,7 +7,7 @@
 
 namespace orient {
 
-// A file of today as it was before the token of its content (schema version 4).
+// Converts a current file to its form before the content token (schema version 4).
 inline void MakeVersion3(const std::string& path) {
   SQLite::Database(path, SQLite::OPEN_READWRITE)
       .exec(

@@ -1,4 +1,4 @@
-// Rights of an ordinary user, for tests of what may not be written: root may write everywhere.
+// Permissions of an ordinary user, for tests of write protection: root may write everywhere.
 #pragma once
 
 #include <unistd.h>
@@ -10,8 +10,8 @@
 
 namespace orient {
 
-// While one lives, a process of root has the rights of "nobody", who owns `folder` and all in it.
-// Does nothing for others.
+// During its lifetime, a root process has the permissions of "nobody", who owns `folder` and all in
+// it. Does nothing for other users.
 class OrdinaryUser {
  public:
   explicit OrdinaryUser(const std::string& folder) {

@@ -1,4 +1,4 @@
-// A patch database in a folder of its own, with patches anywhere.
+// A patch database in its own temporary folder, with patches at random positions.
 #pragma once
 
 #include <SQLiteCpp/SQLiteCpp.h>

@@ -1,4 +1,4 @@
-// The program `orient`, run inside the test's process as a user would type it.
+// Runs the program `orient` within the test's process, with the arguments a user would type.
 #pragma once
 
 #include <sstream>

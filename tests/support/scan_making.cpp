@@ -17,7 +17,7 @@ using Eigen::Vector2d;
 
 float Clamped(float value) { return std::clamp(value, 0.0f, 255.0f); }
 
-// Bilinear; exact where a pixel falls on a pixel.
+// Bilinear interpolation; exact at pixel centres.
 float ValueAt(const Image& image, const Vector2d& at, float fill) {
   constexpr double kSnap = 1e-6;
   const Vector2d low = (at.array() - 0.5 + kSnap).floor();
@@ -40,7 +40,7 @@ void PutInto(const Image& part, int col, int row, Image* whole) {
         whole->At(c + col, r + row) = part.At(c, r);
 }
 
-// A TIFF file's bytes, little-endian.
+// Bytes of a TIFF file, little-endian.
 class Bytes {
  public:
   void Add16(std::uint32_t value) {
@@ -204,7 +204,7 @@ void WriteTiffScan(const std::string& path, const Image& scan, const TiffOptions
   if (tagged) {
     head.AddEntry(282, kRational, 1, dpi_at);
     head.AddEntry(283, kRational, 1, dpi_at + 8);
-    head.AddEntry(296, kShort, 1, 2);  // pixels an inch
+    head.AddEntry(296, kShort, 1, 2);  // pixels per inch
   }
   head.Add32(0);
   for (const double dpi : {options.dpi.x(), options.dpi.y()}) {

@@ -1,5 +1,6 @@
-// Scans with a known truth, and what may befall them: cut, turned, inverted, fogged, put beside a
-// neighbouring frame or on a bed, written with any resolution tag, as one bit, or only half of it.
+// Scans with known truth, and what may happen to them: cropped, rotated, inverted, fogged, joined
+// to a neighbouring frame, placed on a scanner bed, written with any resolution tag or with one
+// bit.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,38 +23,38 @@ struct TruePlace {
 struct TrueScan {
   Image image;  // 0..255
   Affine2d pixel_from_photo;
-  std::vector<TruePlace> marks;  // on the film, whether on the scan or not
+  std::vector<TruePlace> marks;  // of the film, whether within the scan or not
   Polarity polarity = Polarity::kPositive;
 };
 
-// What lies at p of `scan` lies at map * p of the result; `fill` is what the scan does not show.
+// Position p of `scan` becomes map * p in the result; `fill` is used where the scan shows nothing.
 TrueScan Moved(const TrueScan& scan, const Affine2d& map, int width, int height, float fill);
 
 struct Margins {
   int left = 0, top = 0, right = 0, bottom = 0;
 };
-// Cut off, px; a negative margin adds a bed of `fill`.
+// Crops by margins in px; a negative margin adds a scanner bed of `fill`.
 TrueScan Cut(const TrueScan& scan, const Margins& margins, float fill = 250);
 TrueScan MirroredScan(const TrueScan& scan);  // left to right
 TrueScan UpsideDown(const TrueScan& scan);
-// Counter-clockwise, on a bed that is as large as needed.
+// Rotates counter-clockwise, on a scanner bed that is as large as needed.
 TrueScan TurnedScan(const TrueScan& scan, double degrees, float fill);
 TrueScan NegativeScan(const TrueScan& scan);
 TrueScan NoisyScan(const TrueScan& scan, double sigma, unsigned seed);
-// Brightness falls to `at_corners` of itself, then `fog` is added.
+// Brightness falls off to the share `at_corners` at the corners, then `fog` is added.
 TrueScan FoggedScan(const TrueScan& scan, double at_corners, float fog);
-// Black or white, by a threshold, or by error diffusion (Floyd & Steinberg 1976).
+// Black and white by a threshold or, without one, by error diffusion (Floyd & Steinberg 1976).
 TrueScan Bilevel(const TrueScan& scan, std::optional<float> threshold);
-// `next` to the right of or below the scan, over its last `overlap` pixels; the truth is the
-// first one's.
+// `next` to the right of or below the scan, covering its last `overlap` pixels; the truth is that
+// of the first one.
 TrueScan Beside(const TrueScan& scan, const Image& next, int overlap);
 TrueScan Above(const TrueScan& scan, const Image& next, int overlap);
 
 struct TiffOptions {
-  Eigen::Vector2d dpi = Eigen::Vector2d::Zero();  // along columns' and rows' axes; 0: no tag
+  Eigen::Vector2d dpi = Eigen::Vector2d::Zero();  // along the column and row axes; 0: no tag
   bool one_bit = false;
 };
-// Uncompressed, in strips of 64 rows. Throws std::runtime_error where it cannot be written.
+// Uncompressed, in strips of 64 rows. Throws std::runtime_error if the file cannot be written.
 void WriteTiffScan(const std::string& path, const Image& scan, const TiffOptions& options);
 
 }  // namespace orient

@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 std::optional<std::string> SharedData(const std::string& relative_path) {
   const char* root = std::getenv("ORIENT_SHARED_DATA");
   const fs::path folder = root != nullptr ? root : ORIENT_DEFAULT_SHARED_DATA;
-  // Without "..", as the program prints its paths.
+  // Without "..", like the paths that the program prints.
   const fs::path path = (folder / relative_path).lexically_normal();
   if (!fs::exists(path)) return std::nullopt;
   return path.string();

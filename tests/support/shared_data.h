@@ -1,4 +1,4 @@
-// Where the real data lies: ORIENT_SHARED_DATA, default ../shared/data beside the project.
+// Location of the real data: ORIENT_SHARED_DATA, default ../shared/data beside the project.
 #pragma once
 
 #include <optional>
@@ -6,13 +6,13 @@
 
 namespace orient {
 
-// The path of a file or folder of the real data; empty where it is absent, so that a test skips.
+// The path of a file or folder of the real data; empty if it is absent, so that a test can skip.
 std::optional<std::string> SharedData(const std::string& relative_path);
 
 // A file of the project itself, e.g. "data/cameras/wild_rc10.toml".
 std::string ProjectFile(const std::string& relative_path);
 
-// A new empty folder that belongs to the running test, removed when the object dies.
+// A new empty folder for the running test, removed when the object is destroyed.
 class TemporaryFolder {
  public:
   TemporaryFolder();
@@ -26,12 +26,12 @@ class TemporaryFolder {
   std::string path_;
 };
 
-// A seed that derives from the running test's name, so that order never matters.
+// A seed derived from the running test's name, so that the order of tests does not matter.
 unsigned TestSeed();
 
 }  // namespace orient
 
-// Skips the test with a clear word where real data is absent; otherwise `variable` is its path.
+// Skips the test with a message if real data is absent; otherwise `variable` is its path.
 #define ORIENT_REQUIRE_SHARED_DATA(variable, relative_path)                       \
   const auto variable##_or = ::orient::SharedData(relative_path);                 \
   if (!variable##_or)                                                             \

@@ -1,4 +1,4 @@
-// A band-limited texture that is known everywhere, for tests with exact truth.
+// A band-limited texture, known at every position, for tests with exact truth.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +12,7 @@
 
 namespace orient {
 
-// A sum of plane waves with wavelengths between 4 and 40 px; mean 128, deviation about 30.
+// A sum of plane waves with wavelengths of 4 to 40 px; mean 128, standard deviation about 30.
 class Texture {
  public:
   explicit Texture(unsigned seed, double shortest_px = 4, int waves = 40) {
@@ -37,7 +37,7 @@ class Texture {
   std::vector<Eigen::Vector3d> waves_;  // frequency x, y (rad/px), phase
 };
 
-// Values of a function of the position (corner convention) at all pixel centres.
+// Values of a function of position (corner convention) at all pixel centres.
 inline Image Draw(int width, int height, const std::function<double(const Eigen::Vector2d&)>& f) {
   Image image(width, height);
   for (int r = 0; r < height; ++r)
@@ -45,7 +45,7 @@ inline Image Draw(int width, int height, const std::function<double(const Eigen:
   return image;
 }
 
-// Means over the pixels' areas, by `fine` x `fine` samples each.
+// Means over pixel areas, from `fine` x `fine` samples each.
 inline Image DrawArea(int width, int height, int fine,
                       const std::function<double(const Eigen::Vector2d&)>& f) {
   return Draw(width, height, [&](const Eigen::Vector2d& centre) {

@@ -1,4 +1,4 @@
-// A small photo of textured ground, and patches of it: what tests of whole searches share.
+// A small photo of textured ground, and patches of it, shared by tests of complete searches.
 #pragma once
 
 #include <algorithm>
@@ -23,7 +23,7 @@ class TexturedPhoto {
  public:
   static constexpr double kGsd_m = 2;
 
-  // `height` of the ground at x, y. `changed` parcels: dark has become bright in the photo.
+  // `height`: of the ground at x, y. `changed`: every second parcel is inverted in the photo.
   TexturedPhoto(int side_px, std::function<double(double, double)> height, bool changed)
       : height_(std::move(height)), changed_(changed) {
     Camera& camera = view_.camera;
@@ -46,7 +46,7 @@ class TexturedPhoto {
   const PhotoImage& File() const { return *image_; }
   const Texture& Ground() const { return texture_; }
 
-  // Pixels by which a pose moves the patches that the photo shows from where they are.
+  // Largest reprojection error, px, of a pose at the patches that the photo shows.
   double WorstError(const Pose& pose, const std::vector<patchdb::Patch>& patches) const {
     PhotoView found = view_;
     found.pose = pose;
@@ -59,7 +59,7 @@ class TexturedPhoto {
     return worst;
   }
 
-  // The prior is the caller's.
+  // The caller sets the prior.
   PhotoToOrient ToOrient() const {
     PhotoToOrient photo;
     photo.camera = view_.camera;
@@ -67,10 +67,10 @@ class TexturedPhoto {
     return photo;
   }
 
-  // Of this photo's own ground, its number open.
+  // A patch of this photo's own ground, without an id.
   patchdb::Patch Patch(double x, double y) const { return PatchAt(texture_, x, y); }
 
-  // (2 n + 1)^2 of them about the origin, with chips of any texture.
+  // (2 n + 1)^2 patches about the origin, with chips of the given texture.
   std::vector<patchdb::Patch> Patches(const Texture& texture, int n, double step_m) const {
     std::vector<patchdb::Patch> patches;
     for (int i = -n; i <= n; ++i)
@@ -128,7 +128,7 @@ class TexturedPhoto {
   std::optional<PhotoImage> image_;
 };
 
-// Of hills, square, 400 pixels; drawn once for all tests.
+// A photo of hills, 400 x 400 pixels; rendered once for all tests.
 inline const TexturedPhoto& PhotoOfHills() {
   static const TexturedPhoto photo(400, HillsAt, false);
   return photo;

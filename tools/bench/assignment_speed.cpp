@@ -1,10 +1,10 @@
-// How long the assignment of marks takes: the exact search, and softassign to compare.
+// Speed of the assignment of marks: the exact search, and softassign for comparison.
 //
-//   bench_assignment [SOLVES]
+//   assignment_speed [SOLVES]
 //
-// Processor time of one solve, also as a multiple of one least-squares affine through the same
-// number of points, measured in the same run; and how many solves were stopped before they were
-// proven. Scenes are simulated: true marks displaced as the prior believes, uniform clutter.
+// Prints the processor time of one solve, also as a multiple of a least-squares affine fit to the
+// same number of points, measured in the same run; and how many solves were stopped before they
+// were proven. Scenes are simulated: true marks displaced according to the prior, uniform clutter.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cstdio>
@@ -21,7 +21,7 @@ namespace {
 
 using Eigen::Vector2d;
 
-// Of this process alone: other work on the machine does not count.
+// Time of this process only: other work on the machine does not count.
 double ProcessorMs() { return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 struct Bench {
@@ -72,7 +72,7 @@ std::vector<interior::AssignmentMark> MakeScene(const Bench& bench, std::mt19937
   return marks;
 }
 
-// Median processor time of one affine through the bench's marks.
+// Mean processor time of one affine fit to the marks of the scene.
 double AffineMs(const Bench& bench) {
   std::vector<PointPair2d> pairs;
   for (const Vector2d& place : bench.places) pairs.push_back({place, place});

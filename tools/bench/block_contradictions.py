@@ -1,24 +1,24 @@
 #!/usr/bin/env python3
-"""Blocks whose inputs contradict one another: is what is `ok` right, and is the rest named?
+"""Blocks with contradictory inputs: are `ok` photos right, and are the causes of the rest named?
 
     block_contradictions.py PROGRAM FOLDER [CASE ...]
 
-Six simulated digital photos in two strips (1 m pixels, 200 m relief, no objects), patches from one
-orthophoto, and one thing wrong in each case:
+Six simulated digital photos in two strips (1 m GSD, 200 m relief, no objects), patches from one
+orthophoto, and one fault in each case:
 
-    sound                    nothing
-    sheets_1m, sheets_2m     the orthophoto as two sheets that adjoin, the eastern one displaced by
+    sound                    none
+    sheets_1m, sheets_2m     the orthophoto as two adjoining sheets, the eastern one displaced by
                              1.1 or 2.2 m
-    sheet_turned             the eastern one turned by 0.3 degrees
-    dem_step                 east of the middle the DEM lies 10 m too high, for patches and block
-    scan_cropped             of one photo the 20 leftmost columns are missing, the image as wide
-    dem_45m                  all of the DEM 45 m too high: another height datum
+    sheet_turned             the eastern sheet rotated by 0.3 degrees
+    dem_step                 DEM 10 m too high in its eastern half, for patches and block
+    scan_cropped             the 20 leftmost columns of one scan missing, its width unchanged
+    dem_45m                  the whole DEM 45 m too high: a different height datum
     approximations_45m       the approximations 45 m too high: the same the other way round
 
-FOLDER keeps the block; delete it to have it made anew. Told of the block, and of its photos by their
-own patches alone ("alone"): how many are ok, weak and failed, and which are wrong, that is ok and more
-than 1 px (RMS over the check points) and three of their sigmas (normalised error) off the truth. Then
-the block's reasons, and its notes.
+FOLDER keeps the block; delete it to have it simulated again. Printed for the block, and for its
+photos from their own patches alone ("alone"): how many are ok, weak and failed, and which are
+wrong, i.e. ok but off the truth by more than 1 px (RMS over the check points) and with a normalised
+error above 3. Then the reasons of the block, and its notes.
 """
 
 import collections
@@ -52,7 +52,7 @@ WRONG_PX, WRONG_SIGMAS = 1.0, 3.0
 
 
 class Image:
-    """`place`: x, dx by column, dx by row, y, dy by column, dy by row, as GDAL has them."""
+    """`place`: x, dx by column, dx by row, y, dy by column, dy by row, as in GDAL."""
 
     def __init__(self, values, place, crs):
         self.values, self.place, self.crs = values, list(place), crs
@@ -73,7 +73,7 @@ class Image:
 
 
 def sheets(folder):
-    """The orthophoto's western and eastern half."""
+    """Splits the orthophoto; writes the western half and returns the eastern one."""
     whole = Image.read(folder / "ortho.tif")
     half, place = whole.values.shape[1] // 2, list(whole.place)
     place[0] += half * place[1]
@@ -90,7 +90,7 @@ def displace_sheet(folder, metres):
 
 
 def turn_sheet(folder, degrees):
-    """About its middle."""
+    """Rotates the eastern sheet about its centre."""
     east = sheets(folder)
     rows, cols = east.values.shape
     x, dx, _, y, _, dy = east.place
@@ -151,7 +151,7 @@ def orient(program, start, folder, spoil):
 
 
 def told(name, results, start):
-    """A line of (photo's truth, its result) pairs."""
+    """A line summarising (truth, result) pairs of photos."""
     states, wrong = collections.Counter(), []
     for photo, found in results:
         states[found["status"]] += 1

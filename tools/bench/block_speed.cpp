@@ -1,11 +1,11 @@
-// How long the block adjustment takes beside what Ceres itself spends solving, and how both grow:
+// Time of the block adjustment compared with that of Ceres' solver alone, and how both grow:
 //   block_speed [--ties N] [--sub-blocks N] [PHOTOS...]        default: 100 300 1000
-// With --sub-blocks also how much worse poses from sub-blocks of at most N photos are than those of
-// the whole: errors (RMS), stated standard deviations (mean and largest ratio), memory, and time.
-// Simulated blocks of film photos, 60/30 % overlap, 100 (or N) ties a photo that are its own,
-// control under every tenth photo, 1 % gross errors; precisions as `orient block` states them.
-// Times are wall clock with one thread, Ceres as it reports itself; the ratio is that of all rounds
-// together, tests of the observations included, to Ceres.
+// With --sub-blocks, also how much worse poses from sub-blocks of at most N photos are than those
+// of the whole block: errors (RMS), stated standard deviations (mean and largest ratio), memory,
+// and time. Simulated blocks of film photos with 60/30 % overlap, 100 (or N) new ties per photo,
+// control under every tenth photo, 1 % gross errors; precisions as stated by `orient block`. Times
+// are wall-clock times with one thread, that of Ceres as it reports it; the ratio is that of all
+// rounds together, including the tests of the observations, to Ceres.
 #include <malloc.h>
 #include <sys/resource.h>
 
@@ -54,7 +54,7 @@ InSubBlocks AdjustInSubBlocks(const orient::block::BlockToAdjust& block,
   return divided;
 }
 
-// RMS of the positions' errors, m.
+// RMS of the position errors, m.
 double PositionError(const orient::BundleSimulation& simulation,
                      const orient::block::BlockResult& result) {
   double sum = 0;
@@ -92,7 +92,7 @@ void Measure(int photos, int ties_per_photo, int sub_blocks) {
   const double before_mb = PeakMegabytes();
   orient::block::BlockOptions options;
   options.least_precision_factor = 1;
-  std::optional<InSubBlocks> divided;  // first: peaks of memory never fall
+  std::optional<InSubBlocks> divided;  // first, because peaks of memory never fall
   if (sub_blocks > 0) divided = AdjustInSubBlocks(simulation.block, options, sub_blocks, before_mb);
   const orient::block::BlockResult result = orient::block::AdjustBlock(simulation.block, options);
   const auto& t = result.timings;

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""How far an oriented simulated block is from its truth, and whether its precisions say so.
+"""Errors of an oriented simulated block, and whether its stated precision is realistic.
 
     block_truth.py BLOCK [OUT]     BLOCK: a folder of `orient simulate`; OUT: of `orient block`,
                                    default BLOCK/out
 
-Of every photo, as the block left it and as its own patches did ("alone"): RMS over the check points,
-in scan pixels and both coordinates together, between where they are projected under the pose found
-and under the true one; and the pose's normalised error, sqrt(d' C^-1 d / 6).
+For every photo, from the block adjustment and from its own patches ("alone"): the RMS distance over
+the check points, in scan pixels, between their projections by the estimated and by the true pose;
+and the pose's normalised error, sqrt(d' C^-1 d / 6).
 """
 import json
 import math
@@ -16,7 +16,7 @@ import sys
 
 
 def rotation(omega, phi, kappa):
-    """Ground from photo, rows first; degrees."""
+    """Rotation matrix from photo to ground, by rows; angles in degrees."""
     (so, co), (sp, cp), (sk, ck) = (
         (math.sin(math.radians(a)), math.cos(math.radians(a))) for a in (omega, phi, kappa)
     )
@@ -28,7 +28,7 @@ def rotation(omega, phi, kappa):
 
 
 def project(pose, ground, distance_px):
-    """Collinearity equations, principal point left out."""
+    """Collinearity equations without principal point."""
     turn = rotation(pose["omega"], pose["phi"], pose["kappa"])
     d = [g - pose[axis] for g, axis in zip(ground, "xyz")]
     x, y, z = (sum(turn[row][col] * d[row] for row in range(3)) for col in range(3))
@@ -36,7 +36,7 @@ def project(pose, ground, distance_px):
 
 
 def solve(matrix, right):
-    """Gaussian elimination; symmetric positive definite."""
+    """Gaussian elimination for a symmetric positive definite matrix."""
     rows = [list(row) + [value] for row, value in zip(matrix, right)]
     size = len(rows)
     for i in range(size):
@@ -51,7 +51,7 @@ def solve(matrix, right):
 
 
 def judge(found, truth, ground, distance_px):
-    """Squares of the projection's difference and of the normalised error; None without a pose."""
+    """Squares of the projection error and of the normalised error; None without a pose."""
     pose = found.get("pose")
     if not pose:
         return None

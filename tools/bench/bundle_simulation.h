@@ -1,5 +1,6 @@
-// A photo flight as observations only: what a block's photos show of ties and control, with known
-// truth and with errors of known size. For the block adjustment's tests and its benchmark.
+// A photo flight simulated as observations only: image positions of ties and control in the photos
+// of a block, with known truth and errors of known size. For tests and benchmarks of the
+// adjustment.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -20,10 +21,10 @@ struct BundleSimulationOptions {
   int ties_per_photo = 100;    // new ones; most photos show some three times as many
   int control_per_photo = 12;  // under the photos that have control
   std::vector<int> control_photos = {0, 4, 10, 14};
-  bool control_seen_by_all = false;  // otherwise only by the photo that it lies under
+  bool control_seen_by_all = false;  // otherwise only by the photo above it
   double noise_px = 0.3, stated_px = 0.3;
   double control_ground_m = 0.075, control_height_m = 0.125;  // one sigma, GSD is 0.25 m
-  double height_sigma_m = 0;  // of what control patches share, see GroundControl
+  double height_sigma_m = 0;  // of height errors shared by control patches, see GroundControl
   // Common errors of control patches of one source, as fractions of each patch's own error.
   double control_shared_everywhere = 0, control_shared_smoothly = 0;
   double source_sigma_m = 0;  // of their source as a whole, see GroundControl
@@ -32,7 +33,7 @@ struct BundleSimulationOptions {
   double gnss_sigma_m = 0;                                 // 0: no GNSS
   Eigen::Vector3d gnss_shift_m = Eigen::Vector3d::Zero();
   double gross_ties = 0, gross_control = 0;  // shares of image observations
-  double interior_sigma_mm = 0;              // of the film transform's shift; its scale accordingly
+  double interior_sigma_mm = 0;              // of the film transform's shift; scale accordingly
   double relief_m = 60;
   unsigned seed = 1;
 };
@@ -46,7 +47,7 @@ struct BundleSimulation {
   double gsd_m = 0.25;
 };
 
-// A 23 cm film at 25 um from 1530 m above the ground, strips from west to east and back.
+// 23 cm film at 25 um from 1530 m above ground, strips flown west to east and back.
 class BundleSimulator {
  public:
   explicit BundleSimulator(const BundleSimulationOptions& options)
@@ -58,7 +59,7 @@ class BundleSimulator {
     simulation_.block.cameras = {camera};
     simulation_.true_camera = camera;
   }
-  // What the lens really does; the block's camera stays nominal.
+  // Sets the true camera; the block's camera stays nominal.
   BundleSimulator& TrueCamera(const Camera& camera) {
     simulation_.true_camera = camera;
     return *this;
@@ -139,7 +140,7 @@ class BundleSimulator {
     simulation_.true_poses.push_back(pose);
   }
 
-  // Adds what `photo` shows of the point; false where it does not show it.
+  // Adds the observation of the point in `photo`; false if the photo does not show it.
   bool Observe(std::size_t photo, std::size_t point, double gross_share) {
     const Pose& pose = simulation_.true_poses[photo];
     const Eigen::Vector3d& ground = simulation_.true_ground[point];
@@ -179,7 +180,7 @@ class BundleSimulator {
       if (Uniform(0, 1) < 0.9) Observe(photo, point, options_.gross_ties);
   }
 
-  // Photos that may show it, in order: not all of a large block are looked at.
+  // Photos that may show the point, in order, so that not all of a large block are tried.
   std::vector<std::size_t> Near(const Eigen::Vector3d& ground) const {
     std::vector<std::size_t> near;
     const double k = (ground.x() - kEast) / Base(), s = (ground.y() - kNorth) / StripStep();
@@ -214,8 +215,9 @@ class BundleSimulator {
       Observe(other, point, options_.gross_control);
   }
 
-  // Half of it common to the source, half to places within some 500 m: a smooth random field (a sum
-  // of waves), whatever the adjustment makes of it. Points move along their source's line of sight.
+  // Half of the variance is common to the source, half to points within some 500 m: a smooth random
+  // field (a sum of waves), independent of the model of the adjustment. Points move along the line
+  // of sight of their source.
   void AddHeightError(block::GroundControl* control) {
     if (waves_.empty()) {
       common_height_ = normal_(random_);
@@ -233,7 +235,7 @@ class BundleSimulator {
                          (common_height_ + field);
   }
 
-  // A shift, and what it grows by to the block's border.
+  // A shift, and its linear change towards the border of the block.
   void DisplaceSource(block::GroundControl* control) {
     if (source_error_.isZero())
       for (double& element : source_error_.reshaped()) element = Normal(options_.source_sigma_m);
@@ -245,7 +247,7 @@ class BundleSimulator {
     control->source_sigma_m = options_.source_sigma_m;
   }
 
-  // Over the ground, as waves with the correlation exp(-(d / 500 m)^2).
+  // A constant, and a sum of waves over the ground with the correlation exp(-(d / 500 m)^2).
   void AddSharedError(block::GroundControl* control) {
     if (options_.control_shared_everywhere <= 0 && options_.control_shared_smoothly <= 0) return;
     if (shared_waves_.empty()) {

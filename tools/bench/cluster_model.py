@@ -1,15 +1,16 @@
 #!/usr/bin/env python3
-"""Where does an archive of ten million photos stop scaling? A model, fed with what was measured.
+"""Where does an archive of ten million photos stop scaling? A model with measured parameters.
 
     cluster_model.py [--photo-s 2.7] [--start-s 0.1] [--start-us-per-photo 170] [--whole-s 2.7]
                      [--photo-mb 30] [--store-gb-s 2] [--fails-per-1000-h 10]
 
-Photos come in blocks; a block is `orient slurm`'s chain: parts of a stage, each of which first reads
-the whole block's list, then a run of the block as a whole on one worker. Workers take what is ready
-(list scheduling); photos' times scatter by a factor of two; all workers together read no faster than
-the store sends; a worker that fails is back after ten minutes, its part begins anew and keeps what is
-done. Prints, for 10, 100 and 1,000 workers and blocks of 1,000, 10,000 and 100,000 photos, how long
-ten million photos take and what of the workers' time is photos' own.
+Photos come in blocks. A block is a chain of `orient slurm`: parts of a stage, each of which first
+reads the list of the whole block, then a run of the whole block on one worker. Workers take what is
+ready (list scheduling); processing times of photos vary by a factor of two; all workers together
+read no faster than the store sends; a worker that fails is back after ten minutes, and its part
+starts again but keeps what is done. Prints, for 10, 100 and 1,000 workers and blocks of 1,000,
+10,000 and 100,000 photos, how long ten million photos take and which share of the workers' time is
+spent on photos.
 """
 
 import argparse
@@ -17,7 +18,7 @@ import heapq
 import random
 
 PHOTOS = 10_000_000
-PART_S = 20 * 60  # of work in a part, as orient slurm divides
+PART_S = 20 * 60  # work in a part, as divided by orient slurm
 MOST_PARTS = 1000
 BACK_S = 600
 SCATTER = 0.7  # sigma of the logarithm of a photo's time
@@ -28,26 +29,26 @@ def parts_of(block, photo_s):
 
 
 def part_seconds(photos, photo_s, draw):
-    """The sum of that many photos' times: the logarithms are normal, their sums soon are."""
+    """Total time of that many photos: times are log-normal, sums of several nearly normal."""
     spread = (2.718281828 ** (SCATTER * SCATTER) - 1) ** 0.5
     return max(photo_s, draw.gauss(photos * photo_s, photo_s * spread * photos ** 0.5))
 
 
 def simulate(workers, block, measured, draw):
-    """Hours until all is done, and the share of the workers' time that is photos' own."""
-    # The store's throughput limits what all workers can do at once.
+    """Hours until all is done, and the share of the workers' time that is spent on photos."""
+    # The throughput of the store limits all workers together.
     slow = max(1.0, workers * measured.photo_mb / measured.photo_s / (1000 * measured.store_gb_s))
     photo_s = measured.photo_s * slow
     start_s = measured.start_s + measured.start_us_per_photo * 1e-6 * block
     parts = parts_of(block, photo_s)
     blocks = max(1, PHOTOS // block)
     free = [0.0] * workers  # when each worker is free
-    open_blocks = []  # (when its parts are done) of blocks whose whole run waits
+    open_blocks = []  # times when the parts are done, of blocks whose run as a whole is pending
     fails_per_s = measured.fails_per_1000_h / 1000 / 3600
     own = 0.0
 
     def work(seconds, ready=0.0):
-        """On the next free worker; when it is done."""
+        """Runs work on the next free worker; returns when it is done."""
         at = max(heapq.heappop(free), ready)
         end = at + seconds
         while draw.random() < 1 - 2.718281828 ** (-fails_per_s * seconds):
@@ -77,15 +78,15 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     for name, default, what in (
             ("photo-s", 2.7, "interior and exterior orientation of a photo"),
-            ("start-s", 0.1, "of a part before its first photo"),
-            ("start-us-per-photo", 170, "more for each photo of the block"),
-            ("whole-s", 2.7, "of a photo in the run of the whole block"),
-            ("photo-mb", 30, "read from the store for a photo"),
-            ("store-gb-s", 2, "that the store sends to all workers together"),
+            ("start-s", 0.1, "start of a part, before its first photo"),
+            ("start-us-per-photo", 170, "additional start time for each photo of the block"),
+            ("whole-s", 2.7, "time for a photo in the run of the whole block"),
+            ("photo-mb", 30, "data read from the store for a photo"),
+            ("store-gb-s", 2, "throughput of the store for all workers together"),
             ("fails-per-1000-h", 10, "failures of a worker in 1,000 hours")):
         parser.add_argument(f"--{name}", type=float, default=default, help=what)
     measured = parser.parse_args()
-    print("| workers | photos a block | ten million take | of the workers' time photos' own |")
+    print("| workers | photos per block | ten million take | worker time spent on photos |")
     print("|---|---|---|---|")
     for workers in (10, 100, 1000):
         for block in (1_000, 10_000, 100_000):

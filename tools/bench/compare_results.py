@@ -1,32 +1,32 @@
 #!/usr/bin/env python3
-"""Proves that two builds of the program give the same results.
+"""Checks that two builds of the program give the same results.
 
     compare_results.py make PROGRAM OUT [--jobs-only NAME...]
-        Runs the jobs below with PROGRAM (a path to `orient`), each in OUT/NAME, anew. Nothing in
-        them is drawn by chance. Five minutes on two cores. Jobs on real data read it at
-        $ORIENT_SHARED_DATA (otherwise ../shared/data beside the project) and are skipped without.
+        Runs the jobs below with PROGRAM (a path to `orient`), each afresh in OUT/NAME. Nothing in
+        them is random. Five minutes on two cores. Jobs on real data read it from
+        $ORIENT_SHARED_DATA (default: ../shared/data beside the project) and are skipped without it.
     compare_results.py compare OUT_A OUT_B [--tolerance 1e-9] [--messages] [--jobs-only NAME...]
-        A is the reference. Exit code 1 where a number, a state or an exit code differs in B, or
-        where a file or a field of A is not in B. What B has besides is noted. Messages, digests of
+        A is the reference. The exit code is 1 if a number, a state or an exit code differs in B, or
+        if a file or a field of A is missing in B. Additions in B are noted. Messages, digests of
         inputs, pages and pictures may differ; they are counted, and listed with --messages.
     compare_results.py --self-test
-        Proves that a changed pose, a changed state, a missing file ... are found.
+        Checks that a changed pose, a changed state, a missing file ... are found.
 
-Numbers agree when they differ by no more than the tolerance times their size, where numbers below 1
-count as 1 and those above 1000 (coordinates) as 1000; elements of covariances by their standard
-deviations, sigmas and lens parameters by their own size. Not compared are the folders `stages`
-(internal, for --resume), times of day, and the folders that paths in the results lie in.
+Numbers agree if they differ by no more than the tolerance times their size, where numbers below 1
+count as 1 and those above 1000 (coordinates) as 1000. Elements of covariances are compared relative
+to their standard deviations, sigmas and lens parameters relative to their own size. Not compared
+are the folders `stages` (internal, for --resume), times of day, and the folders in paths.
 
-    demo     three simulated photos of scanned film, as ./demo does it; the patch database learns
+    demo     three simulated photos of scanned film, as in ./demo; the patch database learns
     strips   six photos in two strips, old film and orthophoto: block with GNSS, self-calibration,
              held-out patches, all exports, resampled images, exports read back; a block with two
-             photos that nobody knows where they are
-    reseau   bent film with 121 crosses: interior, exterior
-    film     six real scanned frames, one of them with --camera auto, too
-    ngi      four real frames: a block from patches of two orthophotos; photos alone from patches of
-             the other strip's photos, and from 2 km aside with unknown kappa
-    world    photos alone, on film of a simulator that is not ours: three with a doubtful principal
-             distance, one with unknown kappa
+             photos without approximate positions
+    reseau   deformed film with 121 crosses: interior, exterior
+    film     six real scanned frames, one of them also with --camera auto
+    ngi      four real frames: a block from patches of two orthophotos; single photos from patches
+             of the other strip's photos, and from 2 km off with unknown kappa
+    world    single photos on film from another simulator: three with a doubtful principal distance,
+             one with unknown kappa
 """
 
 import argparse
@@ -45,11 +45,11 @@ from result_comparison import Comparison  # noqa: E402
 from result_jobs import (COMMANDS, CONSOLE, JOBS, PROJECT, Job, JobFailed,  # noqa: E402
                          shared_data)
 
-RECORD = "made.json"  # of OUT: which jobs were done, and where
+RECORD = "made.json"  # in OUT: which jobs were done, and where
 
 
 def done_job(name, program, folder, data):
-    """What became of it."""
+    """Runs a job; returns its outcome."""
     shutil.rmtree(folder, ignore_errors=True)
     work, needs = JOBS[name]
     absent = [need for need in needs if not (data / need).is_dir()]
@@ -92,7 +92,7 @@ def files_of(job):
 
 
 def compare(out_a, out_b, tolerance, names):
-    """The comparison of all jobs of A, or of those named."""
+    """Compares all jobs of A, or those named."""
     outs = [pathlib.Path(out) for out in (out_a, out_b)]
     for out in outs:
         if not (out / RECORD).exists():
@@ -122,7 +122,7 @@ def compare(out_a, out_b, tolerance, names):
 
 
 def made_up(out):
-    """A folder as `make` leaves it, with one file of each kind."""
+    """A folder as left by `make`, with one file of each kind."""
     job = out / "demo"
     (job / "stages").mkdir(parents=True)
     result = {"photo": "a", "status": "ok", "pose": {"x": 1.5, "y": 3.7e6, "omega": -0.25},
@@ -172,7 +172,7 @@ def moved_point(by):
 
 
 PHOTO = "a.exterior.json"
-# what was changed: (how, differences, notes, messages)
+# what is changed: (how, expected differences, notes, messages)
 CASES = {
     "nothing": (lambda job: None, 0, 0, 0),
     "a pose": (edited(PHOTO, '"x": 1.5', '"x": 1.50000001'), 1, 0, 0),
@@ -224,7 +224,7 @@ def self_test():
             found = compare(*outs, 1e-9, None)
             kinds = (found.differences, found.notes, found.messages)
             counts = [sum(map(len, kind.values())) for kind in kinds]
-            expected[1] += 1  # the job that both skipped
+            expected[1] += 1  # the job skipped in both
             if counts != expected:
                 wrong.append(f"{name}: differences, notes, messages {counts}, not {expected}")
     print("\n".join(wrong) or f"{len(CASES)} changes are judged as they should be")

@@ -1,20 +1,21 @@
-// Whether the exterior orientation's covariance is honest: errors of the pose divided by what the
-// covariance says of them, over many simulated photos.
+// Whether the covariance of the exterior orientation is realistic: normalised errors of the pose
+// over many simulated photos.
 //
 //   exterior_honesty FOLDER [BLOCKS] [SUBSETS] [exchanged]
 //
-// Simulates BLOCKS small blocks of eight digital photos in FOLDER (kept: a second run is quicker),
-// flat to mountainous, houses and trees included, harvests their old photos, and orients each photo
-// SUBSETS times: each time from another start (10 m and 3 degrees), with 20, 40 or 80 patches drawn
-// at random from all of the photo or from a half of it, and with heights that are wrong as the
-// patches say they may be: half of it the same everywhere, half of it a random field over the
-// ground. Prints for each of the six elements the RMS of the normalised errors (honest: 1), the
-// same for the axes of the covariance's ellipsoid from the best determined to the worst (of the
-// elements' correlation matrix), and how often the 95 % ellipsoid holds the truth. Then what the
-// precision of a match is worth: errors of matches that poses used, where their patches' ground
-// truly lies in the photo, over what matching says of them and what it cannot see (kModelSigmaPx).
+// Simulates BLOCKS small blocks of eight digital photos in FOLDER (kept: a second run is faster),
+// flat to mountainous, with houses and trees, harvests their old photos, and orients each photo
+// SUBSETS times: each time from a different start (10 m and 3 degrees), with 20, 40 or 80 patches
+// drawn at random from the whole photo or from half of it, and with height errors of the size
+// stated by the patches: half of the variance is common to all, half is a random field over the
+// ground. Prints for each of the six elements the RMS of the normalised errors (1 if realistic),
+// the same for the axes of the covariance ellipsoid from the best determined to the worst (of the
+// correlation matrix of the elements), and how often the 95 % ellipsoid contains the truth. Then
+// the precision of matches: deviations of the matches used from the true image positions of their
+// patches, normalised by the sigma from matching together with that of effects it cannot detect
+// (kModelSigmaPx).
 //
-// With `exchanged` every patch stands where another one belongs: no photo may be ok or weak.
+// With `exchanged`, every patch is placed where another one belongs: no photo may be ok or weak.
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
@@ -50,7 +51,7 @@ void Run(const std::vector<std::string>& arguments) {
     throw InputError("orient " + arguments[0] + " failed");
 }
 
-// Makes the block if it is not there yet.
+// Makes the block if it does not exist yet.
 void MakeBlock(const std::string& folder, std::uint32_t seed) {
   if (fs::exists(folder + "/patches.gpkg")) return;
   SimulationOptions options;
@@ -110,9 +111,9 @@ struct Tally {
   }
 };
 
-// What all patches of a trial share: heights that are wrong as a random field over the ground,
-// drawn as a sum of plane waves, with half of its variance the same everywhere. The waves' numbers
-// are those of a correlation that fades exponentially (Cauchy's distribution in the plane).
+// Height errors shared by all patches of a trial: a random field over the ground, drawn as a sum of
+// plane waves, with half of its variance the same everywhere. The wave numbers are those of an
+// exponentially decreasing correlation (Cauchy distribution in the plane).
 class HeightError {
  public:
   HeightError(double length_m, std::mt19937& random) {
@@ -140,8 +141,8 @@ class HeightError {
   std::array<Wave, 40> waves_;
 };
 
-// Errors of one coordinate, in scan pixels and normalised. Medians: patches beside trees and houses
-// have errors of their own.
+// Errors of one coordinate, in scan pixels and normalised. Medians, because patches beside trees
+// and houses have additional errors.
 class MatchTally {
  public:
   // `patches`: their true positions.
@@ -187,7 +188,7 @@ class Block {
     if (exchanged) Exchange();
   }
 
-  // Every photo of the block, `subsets` times; a tally for each number of patches.
+  // Orients every photo of the block `subsets` times; a tally for each number of patches.
   void Orient(int subsets, std::mt19937& random, std::map<std::string, Tally>* tallies,
               MatchTally* matches) const {
     constexpr std::array<std::size_t, 3> kPatches = {20, 40, 80};
@@ -207,7 +208,7 @@ class Block {
   }
 
  private:
-  // Each chip and its heights go to the place of a patch far from it in the list.
+  // Moves each chip and its heights to the position of a patch far from it in the list.
   void Exchange() {
     const std::vector<patchdb::Patch> all = patches_;
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -235,7 +236,7 @@ class Block {
     return {camera_, DigitalPhotoFromPixel(camera_), pose};
   }
 
-  // Of those that the photo sees, with heights that are wrong in their own way.
+  // Random patches visible in the photo, with their own draw of height errors.
   std::vector<patchdb::Patch> Some(const Pose& pose, bool half, std::size_t count,
                                    std::mt19937& random) const {
     const PhotoView view = ViewAt(pose);

@@ -1,25 +1,25 @@
 // Jaw & Wu's two experiments and a harder one with simulated photos: how many patches are matched,
-// how far off the ground is that a photo and a stereo pair show.
+// and the errors of ground points from a single photo and from a stereo pair.
 //
 //   exterior_jaw_wu FOLDER fine|coarse|hard|mountains [WORLDS] [rc10]
 //
-// Simulates WORLDS worlds in FOLDER (kept: a second run is quicker) at two dates: another hour and
-// season, part of the parcels and houses changed, the old photos digital and from another direction
-// and height, the new ones scanned film of 25 um at 1:10 000 (0.25 m on the ground).
+// Simulates WORLDS worlds in FOLDER (kept: a second run is faster) at two dates: different hour and
+// season, some of the parcels and houses changed, the old photos digital and from another direction
+// and height, the new ones scanned film of 25 um at 1:10 000 (GSD 0.25 m).
 //   fine    old photos of 7.5 cm, a fifth of the parcels changed (half of them inverted)
 //   coarse  old photos of 25 cm, 0.3 of the parcels changed
 //   hard    50 um and 2 m, 1200 m of relief, half of the parcels changed (inverted in a third of
-//           all), approximations wrong by 100 m, 10 degrees and any kappa; with all patches and
-//           with the best 30 of each photo
+//           all), approximations off by 100 m, 10 degrees and any kappa; with all patches and with
+//           the best 30 of each photo
 //   mountains  the same with a fifth of the parcels changed
-// The film is a frame of 6 cm, or with rc10 one of 23 cm. `fine` and `coarse`: 30 patches a photo
-// of a stereo pair, interior orientation with `orient interior`, three starts: errors and
-// accuracies of 10 m and 3 degrees, 5 m and 1 degree, 1 m and 1 minute.
-// Once with the best patches that the harvest gives, which are trees and houses, as it knows no
-// surface model; once with the best that show nothing which stands, leans or casts a shadow. A
-// patch is unchanged where the chip shows no change of the ground and no such thing (shadows have
-// moved). It is matched where the pose uses it, and falsely so where it then lies more than a pixel
-// from where its ground point truly is.
+// The film has a frame of 6 cm, or of 23 cm with rc10. `fine` and `coarse`: 30 patches per photo of
+// a stereo pair, interior orientation with `orient interior`, three starts with errors and stated
+// accuracies of 10 m and 3 degrees, 5 m and 1 degree, 1 m and 1 minute. Once with the best patches
+// of the harvest, which are trees and houses, because it has no surface model; once with the best
+// that show nothing that stands, leans or casts a shadow. A patch is unchanged if the chip shows
+// neither a change of the ground nor such an object (shadows have moved). It is matched if the pose
+// uses it, and a false match if it is then more than a pixel from the true position of its ground
+// point.
 #include <Eigen/Dense>
 #include <algorithm>
 #include <array>
@@ -46,10 +46,10 @@ namespace {
 constexpr int kPatchesPerPhoto = 30;
 constexpr double kFalseMatch_px = 1, kFalsePose_px = 3;
 
-// Half the side of a chip's match window on the ground.
+// Half the side of a chip's matching window on the ground.
 double HalfSide(const World& world) { return 0.5 * 61 * world.of.simulation.gsd_m; }
 
-// Stores the best patches of each photo, spread over it, until it shows 30.
+// Stores the best patches of each photo, spread over it, until it has 30.
 void StoreSome(World* of, const std::string& patches_of) {
   of->patches_of = patches_of;
   const World& world = *of;
@@ -155,7 +155,7 @@ void CountPatches(const World& world, const GroundMask& change, const GroundMask
   }
 }
 
-// What the photo says of the ground where the points are truly seen.
+// Ground positions from the photo at the true image positions of the points.
 void CountGround(const World& world, const ExteriorResult& result, Tally* tally) {
   const PhotoView view = world.FoundView(result);
   double sum = 0;
@@ -213,7 +213,7 @@ std::vector<ExteriorResult> OrientFrom(const World& world, const std::string& st
   return results;
 }
 
-// The largest difference of an element of the pose in its sigmas.
+// The largest difference of a pose element, in its sigmas.
 double LargestDifference(const std::vector<ExteriorResult>& some,
                          const std::vector<ExteriorResult>& others) {
   double largest = 0;
@@ -243,7 +243,7 @@ void Main(const std::string& folder, const std::string& name, int worlds, bool r
     at += "/" + name + (rc10 ? "_rc10_" : "_") + std::to_string(w);
     try {
       MakeWorld(c, at, static_cast<std::uint32_t>(200 + w));
-    } catch (const UsageError& error) {  // mountains too steep to be seen from above
+    } catch (const UsageError& error) {  // mountains too steep to be visible from above
       std::printf("%s cannot be made: %s\n", at.c_str(), error.what());
       continue;
     }

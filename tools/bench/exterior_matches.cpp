@@ -1,13 +1,14 @@
-// How many of the patches that a photo truly shows are matched, by how well they correlate there,
-// and why the others are not.
+// How many of the patches visible in a photo are matched, by their correlation at the true
+// position, and why the others are not.
 //
 //   exterior_matches --photos P... --camera C --interior IO --truth T --dem D --patchdb DB
 //                    --results EX
 //
-// The truth (a table of true poses) says where each patch lies and how it looks there: the best
-// correlation within 0.75 px of that place is its true correlation. EX holds the photos' results
-// from whichever start; patches that lie more than 1 px from where they truly are, beyond three of
-// their own sigmas, are false. Counted are the patches whose centre the photo shows.
+// The truth (a table of true poses) gives the position and appearance of each patch in the photo:
+// the best correlation within 0.75 px of that position is its true correlation. EX is the folder of
+// the photos' results from any start; matched patches more than 1 px plus three of their own sigmas
+// from their true positions are false. Only patches whose centre is visible in the photo are
+// counted.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
@@ -48,7 +49,7 @@ struct Counts {
   std::map<std::string, int> why_not;
 };
 
-// The best correlation of the patch near where it truly lies; none where it cannot be drawn.
+// The best correlation of the patch near its true position; none if it cannot be rendered.
 std::optional<double> TrueCorrelation(const PhotoView& view, const patchdb::Patch& patch,
                                       const PhotoImage& image) {
   const auto drawn =

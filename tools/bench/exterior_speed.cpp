@@ -1,18 +1,18 @@
-// How long the exterior orientation of one large photo takes, and how much memory, beside SIFT and
-// RANSAC PnP (OpenCV) with the same control.
+// Time and memory of the exterior orientation of one large photo, compared with SIFT and RANSAC PnP
+// (OpenCV) with the same control.
 //
 //   exterior_speed DIR [FAR]
 //
-// DIR is made where it is missing: a simulated scan of 9200 x 9200 px (23 cm film at 1:10 000, 25
-// um) and an orthophoto of an older date from which patches are harvested. Printed, all in one run
-// and each in a process of its own: processor time, time on the clock and peak memory of
+// DIR is made if it is missing: a simulated scan of 9200 x 9200 px (23 cm film at 1:10 000, 25 um)
+// and an orthophoto of an older date from which patches are harvested. Prints, all in one run and
+// each in its own process, the processor time, wall-clock time and peak memory of
 //   - all of `orient exterior` for the photo from an approximation of 10 m and 3 degrees, with 30,
 //     60, 120 and 240 patches;
 //   - the same with 60 and 240 patches from wide starts: kappa unknown, off by 100 m and 10 degrees
 //     (one sigma), five draws;
-//   - SIFT on the photo (in tiles, or it would take 15 GB) and on the 60 patches' chips, matching
-//     (ratio test), solvePnPRansac; and the ratio of the two, of both times;
-//   - the same 60 patches in databases that hold 1e3, 1e4 ... FAR (100000) patches elsewhere.
+//   - SIFT on the photo (in tiles, or it would take 15 GB) and on the chips of the 60 patches,
+//     matching (ratio test), solvePnPRansac; and the ratio of both methods, for both times;
+//   - the same 60 patches in databases with 1e3, 1e4 ... FAR (100000) patches elsewhere.
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -53,10 +53,10 @@ constexpr double kRatioTest = 0.8;
 constexpr double kPnpReach_px = 3;
 
 struct Cost {
-  double seconds = 0, on_the_clock_s = 0, megabytes = 0;  // seconds: of all processors together
+  double seconds = 0, on_the_clock_s = 0, megabytes = 0;  // seconds: processor time of all cores
 };
 
-// Runs the work in a process of its own. Throws if it fails.
+// Runs the work in its own process. Throws if it fails.
 Cost Measure(const std::string& what, const std::function<void()>& work) {
   std::fflush(stdout);
   const auto begin = std::chrono::steady_clock::now();
@@ -104,7 +104,7 @@ void MakeData(const std::string& folder) {
   run.dem = folder + "/dem.tif";
   run.options = patchdb::OrthoHarvestOptions();
   run.options.chip_px = 61;
-  run.options.max_count = 900;  // so many that 240 are spread over the photo
+  run.options.max_count = 900;  // enough for 240 spread over the photo
   patchdb::PatchDatabase database =
       patchdb::PatchDatabase::Create(folder + "/all.gpkg", Crs::Parse(options.crs, "simulation"));
   block::HarvestOrthophotos(database, run, {folder + "/old/ortho.tif"});
@@ -146,7 +146,7 @@ std::vector<patchdb::Patch> Spread(const Data& data, int count) {
   return spread;
 }
 
-// The patches and `far` small ones outside every footprint.
+// Stores the patches, and `far` small ones outside the footprint.
 std::string Store(const Data& data, std::vector<patchdb::Patch> patches, int far) {
   std::string path = data.At("some.gpkg");
   fs::remove(path);
@@ -197,7 +197,7 @@ Cost Ours(const Data& data, const std::string& database,
   });
 }
 
-// A table with the true pose, displaced by random errors of these sigmas, kappa arbitrary.
+// Writes a table with the true pose plus random errors of these sigmas; kappa is arbitrary.
 std::string WideStart(const Data& data, unsigned draw) {
   constexpr double kPosition_m = 100, kTilt_rad = 10 * std::numbers::pi / 180;
   std::mt19937 random(draw);

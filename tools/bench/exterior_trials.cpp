@@ -4,14 +4,14 @@
 //                   [--attitude-deg 6] [--kappa-unknown] [--stated 1] [--shift-m 0]
 //                   [--shift-together] [--trials 10] [--seed 1]
 //
-// Each trial puts every photo (of a digital camera) off by `position-m` in a random horizontal
-// direction, in height by at most as much and at most a fifth of the flying height, tilts it by
-// `attitude-deg` in a random direction and turns it by at most as much, or by any angle. The
-// accuracy given to the program is `stated` times that error. With `shift-m` the patches are
-// those of a wrong place: each is moved by that much in a direction of its own, or all in one.
-// Printed: how many end ok, weak and failed, the RMS reprojection difference to the truth over the
-// whole frame of those that are ok, what it should be by their covariances, and the false
-// accepts: ok, but off by more than 3 px.
+// Each trial displaces every photo (of a digital camera) by `position-m` in a random horizontal
+// direction, and in height by at most this and at most a fifth of the flying height, tilts it by
+// `attitude-deg` in a random direction, and rotates it by at most the same or by any angle. The
+// accuracy stated to the program is `stated` times that error. With `shift-m`, the patches are at
+// wrong positions: each is moved by that much in its own direction, or all in the same one.
+// Prints how many photos end ok, weak and failed, for those that are ok the RMS reprojection
+// difference to the truth over the whole frame and its value expected from the covariances, and the
+// false accepts: ok, but off by more than 3 px.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>

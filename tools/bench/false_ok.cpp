@@ -1,21 +1,20 @@
-// How often a photo is `ok` and wrong: random worlds, cameras, faults and wrong inputs.
+// How often a photo is `ok` but wrong: random worlds, cameras, faults and wrong inputs.
 //
 //   false_ok FOLDER WORLDS [FIRST] [ONLY]
 //
-// World number FIRST (1) and those after it: a small simulated block of two photos of a random
-// camera, scan, ground and season (false_ok_world.h), oriented first from what is true, then five
-// times with one or two of its inputs falsified (false_ok_faults.h; ONLY: by that fault alone). A
-// world follows from its number. Every photo of every trial is a line of FOLDER/photos.csv; worlds
-// that are in it are not done again, so that a run may be ended and continued. Of a world with
-// a false `ok` the folder stays, with a file `again` that holds the commands.
+// WORLDS worlds from number FIRST (1) on: a small simulated block of two photos with random camera,
+// scan, terrain and season (false_ok_world.h), oriented first with true inputs, then five times
+// with one or two inputs falsified (false_ok_faults.h; ONLY: by that fault alone). A world is
+// determined by its number. Every photo of every trial is a line of FOLDER/photos.csv; worlds
+// already in it are not repeated, so that a run may be interrupted and continued. The folder of a
+// world with a false `ok` is kept, with the commands in a file `again`.
 //
-// Interior orientation is wrong where its transform is, over the whole film, RMS more than a pixel
-// from the true one, besides what the film's bend explains. Exterior orientation is wrong where
-// pose, film transform and camera together put the check points, RMS, more than a pixel (or the
-// stated target accuracy, if that is larger) from where the photo shows them, and always where the
-// patches are not those of the photo's ground. Printed: how the photos end, what is wrong of those
-// that are ok, and the bound under which the rate of wrong photos is with 95 % confidence (Clopper
-// and Pearson 1934).
+// Interior orientation is wrong if the RMS difference of its transform from the true one over the
+// whole film exceeds a pixel, beyond what the film deformation explains. Exterior orientation is
+// wrong if pose, film transform and camera together project the check points with an RMS error of
+// more than a pixel (or the stated target accuracy, if larger), and always if the patches are not
+// of the photo's ground. Prints how the photos end, how many of those that are ok are wrong, and
+// the upper bound of the rate of wrong photos at 95 % confidence (Clopper and Pearson 1934).
 #include <fmt/format.h>
 
 #include <Eigen/Dense>
@@ -65,7 +64,7 @@ nlohmann::json PhotoOf(const nlohmann::json& truth, const std::string& name) {
   throw InputError("truth.json lacks " + name);
 }
 
-// RMS deviation of a transform to the photo system from the true one, pixels, less the film's bend.
+// RMS difference of a transform to the photo system from the true one, px, less film deformation.
 double FilmError(const InteriorResult& found, const Shown& shown) {
   const InteriorResult truth =
       ReadInteriorResult(InteriorResultPath(shown.folder + "/truth/interior", shown.photo));
@@ -86,7 +85,7 @@ double FilmError(const InteriorResult& found, const Shown& shown) {
   return rms_mm / std::sqrt(std::abs(truth.photo_from_pixel->A.determinant()));
 }
 
-// The least error of the orientations left open, among which exterior orientation decides.
+// The smallest error among the possible scan orientations; exterior orientation decides on one.
 double FilmErrorOfAny(const InteriorResult& found, const CameraFile& camera,
                       const interior::MarkShapes& marks, const Shown& shown) {
   double best = FilmError(found, shown);
@@ -96,7 +95,7 @@ double FilmErrorOfAny(const InteriorResult& found, const CameraFile& camera,
   return best;
 }
 
-// RMS over the check points, pixels.
+// RMS error at the check points, pixels.
 double PoseError(const PhotoView& view, const Shown& shown) {
   const nlohmann::json truth = TruthOf(shown), photo = PhotoOf(truth, shown.photo);
   double sum = 0;
@@ -201,7 +200,7 @@ class TrialRun {
   std::string faults_, folder_, commands_;
 };
 
-// One or two faults; their names.
+// Applies one or two faults; returns their names.
 std::string Falsify(World& world, Trial& trial, const std::string& only) {
   std::string names;
   const int count = only.empty() && world.Random().Happens(0.3) ? 2 : 1;
@@ -215,7 +214,7 @@ std::string Falsify(World& world, Trial& trial, const std::string& only) {
   return names;
 }
 
-// The rows of a world.
+// Runs a world; returns its rows.
 std::string RowsOf(const std::string& folder, std::uint32_t number, const std::string& only) {
   World world(folder + "/world_" + std::to_string(number), number);
   std::string rows, again;
@@ -296,7 +295,7 @@ int Main(const std::string& folder, std::uint32_t worlds, std::uint32_t first,
       const std::string rows = RowsOf(folder, number, only);
       std::ofstream(table, std::ios::app) << rows << std::flush;
       std::printf("\rworld %u ", number);
-    } catch (const UsageError& error) {  // a ground that the simulator refuses: no photo of it
+    } catch (const UsageError& error) {  // terrain that the simulator refuses: no photos
       std::printf("\rworld %u is none: %s\n", number, error.what());
     }
     std::fflush(stdout);

@@ -1,4 +1,4 @@
-// What is wrong with the inputs of false_ok: each fault falsifies one of a trial's inputs.
+// Faults of false_ok: each falsifies one of a trial's inputs.
 #pragma once
 
 #include <fmt/format.h>
@@ -112,13 +112,13 @@ inline void DemLevel(World& world, Trial& trial) {
 
 // --- The photos
 
-// Position, in the changed picture, of a pixel of the original, which is `width` wide.
+// Position in the changed image of a pixel of the original, which is `width` wide.
 using PixelIn = std::function<Eigen::Vector2d(const Eigen::Vector2d&, int width)>;
 
-// Changes every photo's picture; `moved` gives the new positions of its pixels.
+// Changes the image of every photo; `moved` gives the new positions of its pixels.
 inline void ChangePhotos(World& world, Trial& trial,
                          const std::function<Image(const Image&)>& change, const PixelIn& moved) {
-  // Another fault may have left its photos there, and these are made of them.
+  // Another fault may have written its photos there, and these are made from them.
   std::string folder = trial.folder + "/photos";
   while (fs::exists(folder)) folder += "_again";
   fs::create_directories(folder);
@@ -146,7 +146,7 @@ inline void PhotosMirrored(World& world, Trial& trial) {
         return Eigen::Vector2d(width - pixel.x(), pixel.y());
       });
 }
-// Shifted in a frame that stays, as a crop that was put back into the wrong place.
+// Shifted within an unchanged frame, like a crop that was put back in the wrong place.
 inline void PhotosShifted(World& world, Trial& trial) {
   const int side = SideOf(trial) / 4;
   const int right = static_cast<int>(world.Random().Signed(2, side));
@@ -166,7 +166,7 @@ inline void PhotosShifted(World& world, Trial& trial) {
 }
 inline void PhotosScaled(World& world, Trial& trial) {
   const double factor = world.Random().Scale(1.01, 1.6);
-  const bool digital = world.Digital();  // whose file keeps its size
+  const bool digital = world.Digital();  // keeps the size of its file
   ChangePhotos(
       world, trial,
       [=](const Image& image) {
@@ -187,7 +187,7 @@ inline void PhotosInverted(World& world, Trial& trial) {
                },
                {});
 }
-// Clouds, glare, a torn print: most of every photo shows nothing of the ground.
+// Clouds, glare, a torn print: most of every photo does not show the ground.
 inline void PhotosCovered(World& world, Trial& trial) {
   const double share = world.Random().Between(0.5, 0.97);
   Chance noise(world.Random().Number());
@@ -212,7 +212,7 @@ inline void PhotosOfElsewhere(World& world, Trial& trial) {
   trial.unrelated = true;
 }
 
-// --- What is said of the photos
+// --- What is stated about the photos
 
 inline void WrongPolarity(World& world, Trial& trial) {
   const bool negative = world.Options().polarity == Polarity::kNegative;
@@ -277,7 +277,7 @@ inline void PatchesMoved(World& world, Trial& trial) {
           metres * Eigen::Vector2d(world.Random().Normal(), world.Random().Normal());
   });
 }
-// Of another ground, a part of them or all.
+// Patches of another area, some or all.
 inline void PatchesOfElsewhere(World& world, Trial& trial) {
   if (world.Random().Happens(0.5)) {
     trial.patchdb = world.Elsewhere() + "/patches.gpkg";
@@ -299,7 +299,7 @@ inline void PatchesOfElsewhere(World& world, Trial& trial) {
 struct Fault {
   const char* name;
   void (*falsify)(World&, Trial&);
-  bool of_film = false;  // no such input of a digital camera
+  bool of_film = false;  // digital cameras have no such input
 };
 inline constexpr Fault kFaults[] = {
     {"starts_far_off", StartsFarOff},

@@ -1,5 +1,5 @@
-// The worlds of false_ok: simulated blocks drawn at random, and what the program is given of them,
-// which is at first what is true and is then falsified (false_ok_faults.h).
+// The worlds of false_ok: simulated blocks drawn at random, and the inputs given to the program,
+// which are at first true and are then falsified (false_ok_faults.h).
 #pragma once
 
 #include <array>
@@ -23,13 +23,13 @@
 namespace orient::false_ok {
 namespace fs = std::filesystem;
 
-// Random numbers that are the same with every library.
+// Random numbers that do not depend on the standard library.
 class Chance {
  public:
   explicit Chance(std::uint32_t seed) : random_(seed) {}
   std::uint32_t Number() { return static_cast<std::uint32_t>(random_()); }
   double Between(double low, double high) { return low + (high - low) * Number() / 4294967296.0; }
-  // Evenly in the logarithm.
+  // Uniform in the logarithm.
   double Scale(double low, double high) { return std::exp(Between(std::log(low), std::log(high))); }
   bool Happens(double probability) { return Between(0, 1) < probability; }
   double Signed(double low, double high) {
@@ -39,7 +39,7 @@ class Chance {
   auto& OneOf(List& list) {
     return list[Number() % std::size(list)];
   }
-  // Of a standard deviation of 1 (Box and Muller 1958).
+  // Standard normal (Box and Muller 1958).
   double Normal() {
     const double radius = std::sqrt(-2 * std::log(1 - Between(0, 1)));
     return radius * std::cos(2 * std::numbers::pi * Between(0, 1));
@@ -49,7 +49,7 @@ class Chance {
   std::mt19937 random_;
 };
 
-// Of an `orient` command; what it says is kept in `said`.
+// Exit code of an `orient` command; its output goes to `said`.
 inline int Run(const std::vector<std::string>& words, std::string* said = nullptr) {
   std::ostringstream out;
   const int code = RunProgram(MakeCommands(), words, out, out);
@@ -62,7 +62,7 @@ inline void RunWell(const std::vector<std::string>& words) {
   if (Run(words, &said) != 0) throw InputError("orient " + words[0] + ": " + said);
 }
 
-// Photos of some 350 to 1200 pixels a side.
+// A block whose photos have some 350 to 1200 pixels per side.
 inline SimulationOptions DrawnBlock(Chance& chance) {
   SimulationOptions o;
   constexpr std::array kCameras = {
@@ -99,23 +99,23 @@ inline SimulationOptions DrawnBlock(Chance& chance) {
 
 using PixelMap = std::function<Eigen::Vector2d(const Eigen::Vector2d&)>;
 
-// What a picture shows: a photo of a simulated block, and where the simulator's pixels are in it.
+// What an image shows: a photo of a simulated block, and where the simulator's pixels are in it.
 struct Shown {
   std::string folder, photo;
   PixelMap moved = [](const Eigen::Vector2d& pixel) { return pixel; };
 };
 
-// What the program is given, and what is true of it.
+// The inputs given to the program, and the truth about them.
 struct Trial {
-  std::string folder;                         // of what is falsified, and of the results
-  std::map<std::string, std::string> photos;  // names, with the scan that is in each one's place
+  std::string folder;                         // of falsified inputs, and of the results
+  std::map<std::string, std::string> photos;  // names, and the scan given for each
   std::string camera, dem, patchdb;
   OrientationTable approximations;
   std::vector<std::string> interior_words, exterior_words;
   std::map<std::string, Shown> shows;
-  // The patches or photos have nothing to do with one another: no pose is right.
+  // The patches and photos are unrelated: no pose is right.
   bool unrelated = false;
-  // The transform to the photo system is not to be judged: the camera's marks are wrong.
+  // The camera's marks are wrong, so the transform to the photo system is not judged.
   bool marks_are_wrong = false;
 };
 
@@ -133,7 +133,7 @@ class World {
   Chance& Random() { return chance_; }
   bool Digital() const { return options_.camera == CameraPreset::kDigital; }
 
-  // Another ground under the same flight, made when first asked for.
+  // Different terrain under the same flight, made when first asked for.
   const std::string& Elsewhere() {
     if (elsewhere_.empty()) {
       SimulationOptions other = options_;
@@ -143,13 +143,13 @@ class World {
     }
     return elsewhere_;
   }
-  // Removes all of it.
+  // Removes all files of the world.
   void Remove() const {
     fs::remove_all(folder_);
     if (!elsewhere_.empty()) fs::remove_all(elsewhere_);
   }
 
-  // All as it is, with the errors of approximations that the program is told.
+  // True inputs, except for errors of the approximations of the stated size.
   Trial True(int number) {
     Trial trial;
     trial.folder = folder_ + "/trial_" + std::to_string(number);
@@ -169,13 +169,13 @@ class World {
     }
     return trial;
   }
-  // Of approximations: 10 m and 3 degrees.
+  // Sigmas of the approximations: 10 m and 3 degrees.
   inline static const Vector6d kSigma =
       (Vector6d() << 10, 10, 10, Eigen::Vector3d::Constant(3 * std::numbers::pi / 180)).finished();
 
  private:
   void Make(const SimulationOptions& options, const std::string& folder) const {
-    fs::remove_all(folder);  // of a run that was ended
+    fs::remove_all(folder);  // left by an interrupted run
     Simulate(options, folder);
     const std::string patches = folder + "/patches.gpkg";
     RunWell({"patchdb", "create", patches, "--crs", options.crs});
@@ -187,7 +187,7 @@ class World {
   std::string folder_, elsewhere_;
   Chance chance_;
   SimulationOptions options_;
-  int patches_ = 0;  // of an old photo
+  int patches_ = 0;  // per old photo
 };
 
 }  // namespace orient::false_ok

@@ -1,12 +1,13 @@
-// How many patches a second are harvested from one large photo, and how much memory that takes.
+// Patches per second harvested from one large photo, and the memory needed.
 //
 //   harvest_speed FOLDER [SIDE]
 //
-// Makes a digital frame of SIDE x SIDE pixels (9200) of made-up texture in FOLDER, once, as tiled
-// TIFF; then harvests it in processes of their own: with the default of about 800 patches, and with
-// one every 60 pixels. Printed are patches, elapsed and processor time, patches a second of either,
-// the same as multiples of the time that reading the photo once takes, and the peak of resident
-// memory. On a busy machine processor time counts: two cores give twice its patches a second.
+// Makes a digital frame of SIDE x SIDE pixels (9200) with synthetic texture in FOLDER, once, as
+// tiled TIFF; then harvests it, each time in a separate process: with the default of about 800
+// patches, and with one every 60 pixels. Prints the number of patches, elapsed and processor time,
+// patches per second of either, processor time as a multiple of that for reading the photo once,
+// and the peak resident memory. On a busy machine, processor time counts: two cores give twice its
+// patches per second.
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -26,7 +27,8 @@ namespace orient {
 namespace {
 using Clock = std::chrono::steady_clock;
 
-// Grey values between random nodes `step` apart, over several steps: texture at every scale.
+// Grey values interpolated between random nodes `step` apart, for several steps: multi-scale
+// texture.
 class Texture {
  public:
   explicit Texture(int side) {
@@ -74,7 +76,7 @@ void MakePhoto(const std::string& path, int side) {
   file.Finish();
 }
 
-// 0.25 m on the ground, straight down on gentle hills.
+// Near-vertical view of gentle hills, GSD 0.25 m.
 PhotoView View(int side) {
   PhotoView view;
   view.camera.kind = CameraKind::kDigital;

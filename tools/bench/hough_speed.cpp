@@ -1,12 +1,13 @@
-// Do the speed-ups of Kersten & Haering's modified Hough transform still pay?
+// Do the speed-ups of Kersten & Haering's modified Hough transform still pay off?
 //
-//   bench_hough [WINDOWS]
+//   hough_speed [WINDOWS]
 //
-// Processor time of one search of a 15 mm window at 25 um for a ring with a cross, as a multiple of
-// the coarse-to-fine search (a correlation at the resolution that the locator uses, its best places
-// looked at again), and how often the best place is the mark. The paper's sums of grey values under
-// vectors, as published: at every pixel, at every second one, and with a half or a quarter of the
-// vectors. The window is a texture of rectangles with grain; the mark is drawn faintly into it.
+// Prints the processor time for searching a 15 mm window at 25 um for a ring with a cross, also as
+// a multiple of the coarse-to-fine search (a correlation at the resolution used by the locator,
+// with its best positions refined), and how often the best position is the mark. Compared are the
+// paper's sums of grey values under vectors, as published: at every pixel, at every second one, and
+// with a half or a quarter of the vectors. The window is a texture of rectangles with grain; the
+// mark is drawn faintly into it.
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
@@ -28,7 +29,7 @@ namespace {
 using Eigen::Matrix2d;
 using Eigen::Vector2d;
 
-constexpr int kSide = 700;  // 15 mm and what the mark's arms need around it
+constexpr int kSide = 700;  // 15 mm, and a margin for the arms of the mark
 constexpr double kPixelMm = 0.025;
 constexpr double kReduction = 4;  // to about 32 pixels over the mark, as the locator does
 
@@ -73,7 +74,7 @@ Window MakeWindow(const interior::MarkShape& shape, std::mt19937* random) {
   return window;
 }
 
-// The locator's method: correlation at half of the reduced resolution, the best places again.
+// The locator's method: correlation at half the reduced resolution, then refinement of the best.
 Vector2d CoarseToFine(const interior::MarkShape& shape, const Image& image) {
   const Image fine = ReduceBy(image, kReduction), coarse = ReduceBy(fine, 2);
   const interior::MarkTemplate full =

@@ -1,13 +1,13 @@
-// How long the interior orientation of one scan takes, and how much memory, as a ratio to reading
-// its windows with GDAL alone.
+// Time and memory of the interior orientation of one scan, compared with reading its windows with
+// GDAL alone.
 //
 //   interior_speed FOLDER [SCAN CAMERA.toml]
 //
 // Simulates a 23 cm film with 8 marks at 25 um in FOLDER (about two minutes, once), or takes the
-// scan named; writes it as tiled JPEG, tiled LZW and striped uncompressed TIFF; then, in processes
-// of their own and in turn, reads the windows of 15 mm around the marks with GDAL and orients the
-// scan. Printed are medians of seven, their ratios and the peak of resident memory. On one core it
-// is processor time that counts, which other programs do not disturb; on all cores elapsed time.
+// given scan; writes it as tiled JPEG, tiled LZW and striped uncompressed TIFF; then, in separate
+// processes and alternately, reads the windows of 15 mm around the marks with GDAL and orients the
+// scan. Prints medians of seven runs, their ratios and the peak resident memory. On one core,
+// processor time is compared, which other programs do not affect; on all cores, elapsed time.
 #include <gdal_priv.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -59,8 +59,8 @@ class Stopwatch {
   double processor_ = ProcessorMs();
 };
 
-// The windows as the file's own pixel type, each read once: what a program that knew where to look
-// would have to do at least.
+// Reads each window once in the file's own pixel type: the minimum for a program that knows where
+// to look.
 Measured TimeReading(const std::string& path, const CameraFile& camera) {
   GDALAllRegister();
   const Stopwatch watch;
@@ -99,8 +99,8 @@ Measured TimeOrienting(const std::string& path, const CameraFile& camera) {
   return time;
 }
 
-// Runs this program anew with a verb of its own, so that caches are not inherited. A child's peak
-// of memory counts from its parent's: this process itself must stay small.
+// Runs this program again with a command of its own, so that caches are not inherited. A child's
+// peak memory starts from its parent's, so this process itself must stay small.
 Measured InOwnProcess(const char* program, const std::vector<std::string>& arguments) {
   int ends[2];
   if (pipe(ends) != 0) throw std::runtime_error("pipe");

@@ -1,17 +1,17 @@
-// Are marks found and measured as well where their strokes are about one pixel wide, sharpened or
+// Are marks found and measured equally well if their strokes are about one pixel wide, sharpened or
 // faint?
 //
 //   interior_strokes SCANS [--read-as CAMERA] [CAMERA...]
 //
-// Simulates SCANS scans a case (the same ones every time) of cameras of the library, by default
-// all whose marks have strokes (no mere dots, squares or notches) but those with alike marks in
-// other places: strokes of 0.6 to 4 pixels; scanners that blur by 0.3 to 1 pixel, sharpen, or show
-// the marks by no more than three sigma of the grain. Printed are how many were `ok`, how many of
-// these were wrong (a corner of the marks by more than a pixel and a half, or another polarity),
-// the share of the marks that were used, their root mean square error, their errors over their
-// sigmas, and the share of coordinates more than three sigmas off.
-// --read-as: the scans are read with the file of another camera, whose marks look or lie
-// differently.
+// Simulates SCANS scans per case (always the same ones) of cameras in the library, by default all
+// whose marks have strokes (not only dots, squares or notches), without reseaus and cameras known
+// by their format only, which have similar marks elsewhere: strokes of 0.6 to 4 pixels; scanners
+// that blur by 0.3 to 1 pixel, sharpen, or show the marks with a contrast of only three sigma of
+// the grain. Prints the share of `ok` scans, how many of these are wrong (a mark off by more than
+// 1.5 pixels, or wrong polarity), the share of marks used, their RMS error and normalised errors,
+// and the share of coordinates off by more than three sigmas.
+// --read-as: the scans are read with the file of another camera, whose marks look different or are
+// in other positions.
 #include <gdal_priv.h>
 
 #include <Eigen/Geometry>
@@ -38,11 +38,11 @@ using Eigen::Vector2d;
 
 constexpr double kStrokes_px[] = {0.6, 0.8, 1.0, 1.3, 2, 4};
 constexpr double kGrain = 4, kDark = 18, kBright = 200;  // grey values
-// Marks in the picture itself hide it; they are brighter than its mean by at most so much.
+// Marks within the picture cover it; they are brighter than its mean by at most kInPicture.
 constexpr double kPictureMean = 88, kInPicture = 50;
-constexpr int kFine = 15;          // samples of a pixel per axis: fewer are noise at strokes' edges
-constexpr double kSeenMm = 11;     // around a mark; the rest of the film is even
-constexpr double kDarkMm = 6;      // around a mark beside the picture
+constexpr int kFine = 15;          // samples per pixel and axis: fewer cause noise at stroke edges
+constexpr double kSeenMm = 11;     // rendered around a mark; the rest of the film is uniform
+constexpr double kDarkMm = 6;      // dark around a mark outside the picture
 constexpr double kWrong_px = 1.5;  // at a mark
 
 struct Scanning {
@@ -94,7 +94,7 @@ double SmoothNoise(const Vector2d& at, unsigned seed) {
   return (1 - part.y()) * top + part.y() * below;
 }
 
-// Fields and what is in them, of 6 to 0.2 mm.
+// Fields, and texture of 6 to 0.2 mm in them.
 double Picture(const Vector2d& mm, unsigned seed) {
   double value = 40 + 30 * Lattice(static_cast<int>(std::floor(mm.x() / 2.3)),
                                    static_cast<int>(std::floor(mm.y() / 1.7)), seed + 991u);
@@ -104,8 +104,8 @@ double Picture(const Vector2d& mm, unsigned seed) {
   return value;
 }
 
-// How much of each pixel around the mark its strokes cover, through the scanner's optics. Samples
-// lie anywhere in their cells: a grid would meet a stroke's edge in steps.
+// Share of each pixel around the mark that its strokes cover, through the scanner's optics. Samples
+// are at random positions in their cells: a grid would render the edge of a stroke in steps.
 Image Strokes(const MarkDrawing& drawing, const Matrix2d& mm_from_pixel, const Vector2d& mark,
               int size, double blur_px, std::mt19937* random) {
   std::uniform_real_distribution<double> in_cell(0, 1);
@@ -129,7 +129,7 @@ struct Film {
   std::vector<Vector2d> marks;  // pixels
 };
 
-// What the scanner makes of a window's light.
+// Simulates the scanner: adds grain, and sharpens.
 void Scan(const Scanning& scanning, std::mt19937* random, Image* window) {
   std::normal_distribution<float> grain(0, kGrain);
   for (float& value : window->values) value += grain(*random);
@@ -216,7 +216,7 @@ std::string WriteInMemory(const Image& scan, unsigned number) {
   return path;
 }
 
-// Largest error at a mark, px; the least over the scan orientations that are left open.
+// Largest error at a mark, px; the smallest over the possible scan orientations.
 double TransformError(const Film& film, const InteriorResult& found, const Case& what) {
   double least = 1e9;
   for (const ScanOrientation way : found.possible_orientations) {
@@ -300,7 +300,7 @@ bool AllMarksHaveStrokes(const CameraFile& camera) {
   });
 }
 
-// Whether the camera was named or, without names, is one of the usual ones.
+// Whether the camera was named or, without names, is one of the default ones.
 bool IsAsked(const block::LibraryCamera& camera, const std::set<std::string>& names) {
   const bool strokes = AllMarksHaveStrokes(camera.file);
   if (names.empty()) return !camera.format_only && camera.file.fiducials.size() <= 12 && strokes;

@@ -1,5 +1,5 @@
-// The simulated worlds of exterior_jaw_wu: made in a folder, read back with what is true of them,
-// and what of their ground is marked in a mask.
+// The simulated worlds of exterior_jaw_wu: made in a folder and read back with their truth; and
+// masks of the ground.
 #pragma once
 
 #include <array>
@@ -75,7 +75,7 @@ inline void Orient(const std::vector<std::string>& arguments) {
   if (code != 0 && code != 3) throw InputError("orient " + arguments[0] + ": " + out.str());
 }
 
-// Made where it is not there yet.
+// Makes the world if it does not exist yet.
 inline void MakeWorld(const Case& c, const std::string& folder, std::uint32_t seed) {
   if (std::filesystem::exists(folder + "/all.gpkg")) return;
   SimulationOptions options = c.simulation;
@@ -90,7 +90,7 @@ inline void MakeWorld(const Case& c, const std::string& folder, std::uint32_t se
   std::filesystem::rename(folder + "/all.part.gpkg", folder + "/all.gpkg");
 }
 
-// A point of the bare ground and where it truly lies in a scan, by number.
+// A point of the bare ground and its true position in a scan.
 struct Check {
   Eigen::Vector3d ground_m;
   Eigen::Vector2d pixel;
@@ -99,9 +99,9 @@ struct Check {
 struct World {
   std::string folder;
   Case of;
-  std::string patches_of = "any";  // or "open": nothing stands there; "all" of the harvest
+  std::string patches_of = "any";  // or "open": without objects; "all": of the harvest
   OrientationTable truth;
-  CameraFile camera;  // over the earth as the run takes it
+  CameraFile camera;  // with the run's earth curvature and refraction
   interior::MarkShapes marks;
   GroundSurface surface;
   std::vector<patchdb::Patch> patches;
@@ -147,7 +147,7 @@ struct World {
     return run;
   }
 
-  // As the simulator made it, but for the film's smooth bend.
+  // As simulated, without the smooth film deformation.
   PhotoView TrueView(const std::string& photo) const {
     return {
         camera.camera,
@@ -155,7 +155,7 @@ struct World {
         truth.Find(photo)->pose};
   }
 
-  // As interior and exterior orientation found it.
+  // As found by interior and exterior orientation.
   PhotoView FoundView(const ExteriorResult& result) const {
     const Raster scan = Raster::Open(folder + "/scans/" + result.photo + ".tif");
     const block::ScanInterior interior = block::FilmGeometry(
@@ -167,7 +167,7 @@ struct World {
   }
 };
 
-// What of the ground a mask marks.
+// A mask of the ground.
 class GroundMask {
  public:
   explicit GroundMask(const std::string& path) {

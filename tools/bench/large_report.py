@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""How long report and GeoPackage of a large block take, and how large they are.
+"""Time for the report and the GeoPackage of a large block, and their size.
 
     large_report.py ORIENT OUT FOLDER [TIMES]     OUT: the finished output folder of a block of
-                                                  digital photos; FOLDER: for the large one
+                                                  digital photos; FOLDER: for the large block
 
-Lays TIMES (default 834: of twelve photos 10,008) copies of the block side by side, each with photos,
-ties and control of its own, and has `orient report` make the large block's report. Pictures of
-patches are linked, not copied. Printed: time, memory, and the size of what a reader opens.
+Lays out TIMES copies of the block (default 834: 10,008 photos from twelve), each with its own
+photos, ties and control, and runs `orient report` on the large block. Pictures of patches are
+linked, not copied. Prints the time, the memory, and the sizes of the files that a reader opens.
 """
 import copy
 import csv
@@ -26,7 +26,7 @@ def moved(point, by):
 
 
 def move_poses(node, by):
-    """All that are found in a result: the block's, the photo's alone, the approximation."""
+    """Moves all poses in a result: from the block, from the photo alone, and the approximation."""
     if isinstance(node, dict):
         if {"x", "y", "kappa"} <= node.keys():
             node["x"] += by[0]

@@ -4,10 +4,10 @@
     ortho_mosaic.py ORIENT FOLDER [SIDE [COUNT...]]    photos of SIDE x SIDE pixels (9200), 16 bit;
                                                        blocks of COUNT photos (4 and 16)
 
-One photo of a simulated world stands for all of a block: in rows of four, with 60 % overlap along
-them and 30 % across, level over a plane. Each block is made plain, and with one tone and seamlines
-along what differs least (--balance --least-difference); the second takes the orthophotos of the
-first as they are. Memory is the largest resident set.
+One photo of a simulated world stands for all photos of a block: in rows of four, with 60 % forward
+and 30 % side overlap, vertical over a plane. For each block, a plain mosaic is made, and one with
+radiometric balancing and seamlines of least difference (--balance --least-difference), which uses
+the orthophotos of the first. Memory is the peak resident set size.
 """
 
 import csv
@@ -34,7 +34,7 @@ def timed(words):
 
 
 def lay_out(folder, scan, pose, count):
-    """Scans and poses of `count` photos, and a plane below all of them."""
+    """Scans and poses of `count` photos, and a DEM of a plane below all of them."""
     block = folder / f"of_{count}"
     shutil.rmtree(block, ignore_errors=True)
     block.mkdir()

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""How fast orthophotos are made, beside gdalwarp and beside copying the pixels, in one run.
+"""Speed of orthophoto production, compared with gdalwarp and with copying the pixels.
 
     ortho_speed.py ORIENT FOLDER [SIDE]    works in FOLDER; photos of SIDE x SIDE pixels (9200), 16 bit
 
-A digital photo of a simulated world, enlarged, over that world's DEM. gdalwarp has the same photo
-with RPCs of the same geometry and the DEM, and with a grid of ground control points for its
+An enlarged digital photo of a simulated world, over the DEM of that world. gdalwarp has the same
+photo with RPCs of the same geometry and the DEM, and with a grid of ground control points for its
 thin-plate splines; cubic interpolation, all cores, the same compression (COG, deflate). The copy is
-gdal_translate's of the finished orthophoto. Best of three runs each; memory is the largest resident
-set. Needs gdal-bin.
+made of the finished orthophoto by gdal_translate. Best of three runs each; memory is the peak
+resident set size. Needs gdal-bin.
 """
 
 import csv
@@ -51,7 +51,7 @@ def rotation(omega, phi, kappa):
 
 
 class Photo:
-    """A digital photo without distortion: image rows and columns are linear fractions of X, Y, Z."""
+    """A digital photo without distortion: row and column are linear fractions in X, Y, Z."""
 
     def __init__(self, pose, c_mm, pixel_mm, side):
         self.centre = [pose[key] for key in "xyz"]
@@ -74,14 +74,14 @@ def heights(dem, places):
 
 
 def rpc_of(photo, side, ground, crs):
-    """Linear fractions in latitude, longitude and height about the middle of the ground."""
+    """Linear fractions in latitude, longitude and height about the centre of the ground."""
     x0, y0, x1, y1, z = ground
     middle, half = ((x0 + x1) / 2, (y0 + y1) / 2), max(x1 - x0, y1 - y0) / 2
     places = [middle, (middle[0] + half, middle[1]), (middle[0], middle[1] + half)]
     told = run(["gdaltransform", "-s_srs", crs, "-t_srs", "EPSG:4326", "-output_xy"],
                "\n".join(f"{x} {y}" for x, y in places)).split()
     lon, lat = [[float(v) for v in told[i::2]] for i in (0, 1)]
-    # (dlon, dlat) = M (dx, dy); its inverse gives metres of degrees.
+    # (dlon, dlat) = M (dx, dy); the inverse converts degrees to metres.
     a, b, c, d = [(v[i] - v[0]) / half for v in (lon, lat) for i in (1, 2)]
     det = a * d - b * c
     inverse = [[d / det, -b / det], [-c / det, a / det]]

@@ -3,10 +3,11 @@
 
     patchdb_generate.py REAL.gpkg NEW.gpkg COUNT [SIDE]
 
-NEW is made empty by `orient patchdb create`; it gets COUNT patches, COUNT / 25 km2 wide, in sources of
-1000 neighbours, each with chip, heights and qualities of a patch of REAL (a harvest of real photos).
-With SIDE chips are PNGs of noise of so many pixels a side, and heights are left out: for numbers of
-patches that the disk does not hold otherwise. Prints the file's size and that of the chips.
+NEW is an empty database from `orient patchdb create`. It is filled with COUNT patches on an area of
+COUNT / 25 km2, in sources of 1000 neighbours, each with the chip, heights and quality figures of a
+patch of REAL (a harvest of real photos). With SIDE, chips are noise PNGs of that many pixels per
+side, and heights are left out: for numbers of patches that the disk could not hold otherwise.
+Prints the size of the file and of the chips.
 """
 
 import math
@@ -42,9 +43,9 @@ def models_of(real, side):
 
 
 def patches(models, count, srs):
-    """Rows of patches and of their index, a source at a time."""
+    """Rows of patches and of their index, one source at a time."""
     random_ = random.Random(1)
-    side = math.sqrt(40 * 1e6)  # of a source: 1000 patches at 25 a km2
+    side = math.sqrt(40 * 1e6)  # of a source, m: 1000 patches at 25 per km2
     columns = math.ceil(math.sqrt(count / PER_SOURCE))
     for source in range(1, count // PER_SOURCE + 1):
         west = 500000 + side * ((source - 1) % columns)
@@ -65,7 +66,7 @@ def main(real, new, count, side):
     for setting in ("journal_mode = OFF", "synchronous = OFF", "cache_size = -400000"):
         raw.execute(f"PRAGMA {setting}")
     srs = raw.execute("SELECT srs_id FROM gpkg_geometry_columns").fetchone()[0]
-    # Does what the trigger would do, without calling Python for every coordinate.
+    # The index is filled here, not by the trigger, which would call Python for every coordinate.
     trigger = raw.execute("SELECT sql FROM sqlite_master WHERE name = ?", (f"{INDEX}_insert",))
     trigger = trigger.fetchone()[0]
     raw.execute(f"DROP TRIGGER {INDEX}_insert")

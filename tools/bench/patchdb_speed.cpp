@@ -1,11 +1,11 @@
-// How fast a large patch database answers: patches under random footprints.
+// Speed of queries to a large patch database: patches under random footprints.
 //
 //   patchdb_speed DB [SIDE_M] [QUERIES]    SIDE_M: of a footprint, 2300; QUERIES: 300
 //
-// Make DB with tools/bench/patchdb_generate.py. Prints medians: of what `orient patchdb query` asks
-// (without chips) and of what `orient exterior` asks (with chips decoded, on all cores), then with
-// opening, as each photo does; by the clock, and of processor time, which other programs do not
-// change. Of a folder of regions (orient patchdb divide) the last.
+// Make DB with tools/bench/patchdb_generate.py. Prints medians for the query of `orient patchdb
+// query` (without chips) and that of `orient exterior` (with chips decoded, on all cores), then
+// including the opening, as for each photo; wall-clock time, and processor time, which other
+// programs do not affect. For a folder of regions (orient patchdb divide), only the last.
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>
@@ -22,7 +22,7 @@ namespace {
 
 double ProcessorMilliseconds() { return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
-// How long pieces of work take.
+// Times of pieces of work.
 struct Times {
   std::vector<double> clock, processor;
 
@@ -43,7 +43,7 @@ struct Times {
   }
 };
 
-// A footprint of this side, anywhere.
+// A footprint with this side at a random position.
 Bounds Footprint(const Bounds& extent, double side_m, std::mt19937* random) {
   std::uniform_real_distribution<double> unit(0, 1);
   const double x = extent.min_x + unit(*random) * (extent.max_x - extent.min_x);

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""How much of a scan is read over the network, for interior and for exterior orientation?
+"""How much of a scan is read over the network for interior and for exterior orientation?
 
     remote_reading.py ORIENT [FOLDER [POSITION_M ATTITUDE_DEG]]
 
-Simulates a 9,244 px scan of a 23 cm film (minutes; kept in FOLDER), harvests 800, 150 and 60 patches
-a photo, writes the scan in four layouts, serves it, and counts the bytes that the server sends.
-Prints a table for docs/evidence/many_machines.md. Approximations are good to 10 m and 3 degrees, or
-to POSITION_M and ATTITUDE_DEG.
+Simulates a 9,244 px scan of 23 cm film (takes minutes; kept in FOLDER), harvests 800, 150 and 60
+patches per photo, writes the scan in four layouts, serves it, and counts the bytes sent by the
+server. Prints a table for docs/evidence/many_machines.md. Approximations are accurate to 10 m and 3
+degrees, or to POSITION_M and ATTITUDE_DEG.
 """
 
 import pathlib
@@ -45,7 +45,7 @@ def write_layout(folder, block_size):
 
 
 def shares(orient, folder, size):
-    """Of the scan, and requests, of both stages."""
+    """(requests, share of the scan) of both stages."""
     shutil.rmtree(folder / "remote", ignore_errors=True)
     found = []
     with ObjectStore(folder / "served") as store:
@@ -59,7 +59,7 @@ def shares(orient, folder, size):
 
 def measure(orient, folder, position_m=10, attitude_deg=3):
     simulate(orient, folder, position_m, attitude_deg)
-    print("| layout | patches a photo | interior: requests, share | exterior: requests, share |")
+    print("| layout | patches per photo | interior: requests, share | exterior: requests, share |")
     print("|---|---|---|---|")
     for patches in (800, 150, 60):
         harvest(orient, folder, "--max-per-photo", patches)

@@ -1,4 +1,4 @@
-"""The comparison of compare_results.py: what counts as different in files that two builds made."""
+"""The comparison of compare_results.py: what counts as a difference between files of two builds."""
 
 import csv
 import itertools
@@ -11,10 +11,10 @@ import tomllib
 
 from result_jobs import CONSOLE
 
-# Keys, columns and tables by what they hold.
+# Keys, columns and tables by their content.
 TEXTS = re.compile(r"messages?|(retired_)?reason|notes?|description|style\w*|identifier|command",
                    re.IGNORECASE)
-# What a result was made from: digests, whatever form they have.
+# Inputs that a result was made from: digests of any form.
 PROVENANCE = "made_from"
 TIMES = {"last_change", "created", "added", "recorded", "retired_on", "update_time"}
 RELATIVE = re.compile(r"(^|_)sigma|k1$|^[kp][123]?$|^correction$|in_lens|taken_out")
@@ -24,7 +24,7 @@ DIGEST = re.compile(r"[0-9a-f]{16}$")
 NUMBER = re.compile(r"(?<![\w.])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w.])")
 PICTURES = {".png", ".html"}
 LARGEST_SCALE = 1000
-SHOWN = 12  # differences of a file
+SHOWN = 12  # differences per file
 
 
 def numeric(value):
@@ -39,11 +39,11 @@ def number_of(text):
 
 
 class Comparison:
-    """Of one file after the other; differences, notes and messages go by the file's name."""
+    """Compares one file after the other; differences, notes and messages are kept by file name."""
 
     def __init__(self, tolerance, roots):
         self.tolerance = tolerance
-        self.roots = roots  # for A and B: folders that stand at the beginning of paths
+        self.roots = roots  # for A and B: folders at the beginning of paths
         self.differences, self.notes, self.messages = {}, {}, {}
         self.file = ""
         self.numbers = 0
@@ -59,7 +59,7 @@ class Comparison:
         self.add(self.messages, f"{place}: {short(a, 300)} -> {short(b, 300)}")
 
     def number(self, place, a, b, scale=1.0):
-        """`scale`: the least that the numbers count as; 0 for their own size."""
+        """`scale`: the least size that the numbers count as; 0: their own size."""
         self.numbers += 1
         if a == b or (math.isnan(a) and math.isnan(b)):
             return
@@ -67,7 +67,7 @@ class Comparison:
         by = abs(a - b) / (max(min(size, LARGEST_SCALE), scale) if scale else size)
         if by > self.largest[0]:
             self.largest = (by, f"{self.file} {place}")
-        if not by <= self.tolerance:  # infinite and unknown ones, too
+        if not by <= self.tolerance:  # infinity and NaN differ, too
             self.differ(place, a, b)
 
     def neutral(self, side, text):
@@ -130,7 +130,7 @@ class Comparison:
                 self.value(f"{place}[{i}]", key, x, y)
 
     def covariance(self, place, a, b):
-        """Square, each element by the standard deviations that it belongs to."""
+        """A square matrix; each element is compared relative to its two standard deviations."""
         sigma = [math.sqrt(max(abs(a[i][i]), abs(b[i][i]))) for i in range(len(a))]
         for i, row in enumerate(a):
             for k, value in enumerate(row):
@@ -194,7 +194,7 @@ class Comparison:
         tables_of = [rows_of(path) for path in (a, b)]
         if not all(tables_of):
             self.words(a, b)
-        elif a.name == "pose_covariance.csv":  # two columns of names before the matrix
+        elif a.name == "pose_covariance.csv":  # two columns of names precede the matrix
             names = [[list(row.values())[:2] for row in rows] for rows in tables_of]
             self.value("row", "", *names)
             if names[0] == names[1]:
@@ -204,7 +204,7 @@ class Comparison:
             self.value("row", "", *tables_of)
 
     def words(self, a, b):
-        """Numbers and the words between them, line by line; lines with # are comments."""
+        """Compares numbers and the text between them by lines; lines with # are comments."""
         lines = [self.neutral(side, path.read_text(encoding="utf-8")).splitlines()
                  for side, path in enumerate((a, b))]
         if len(lines[0]) != len(lines[1]):
@@ -250,7 +250,7 @@ def cell_of(text):
 
 
 def rows_of(path):
-    """Of a table with a header, as dicts; none where it has no header."""
+    """Rows of a table with a header, as dicts; empty if it has no header."""
     lines = [line for line in path.read_text(encoding="utf-8").splitlines()
              if line and not line.startswith("#")]
     header, *rows = csv.reader(lines) if lines else [[]]
@@ -279,7 +279,7 @@ def geometry(blob):
 
 
 def tables(path):
-    """{table: rows as dicts}, times, tokens and indexes left out."""
+    """{table: rows as dicts}, without indexes and tables of times and tokens."""
     database = sqlite3.connect(f"file:{path}?mode=ro&immutable=1", uri=True)
     database.row_factory = sqlite3.Row
     names = [row[0] for row in

@@ -1,4 +1,4 @@
-"""The jobs of compare_results.py: command lines whose results two builds must agree on."""
+"""The jobs of compare_results.py: command lines for which two builds must give the same results."""
 
 import json
 import os
@@ -14,7 +14,7 @@ CONSOLE = "console.txt"
 
 
 class JobFailed(Exception):
-    """The program could not do what every build can."""
+    """A command failed that every build should manage."""
 
 
 def shared_data():
@@ -28,7 +28,7 @@ class Job:
         self.commands = []
 
     def run(self, *words):
-        """In the job's folder, so that the results hold no path of it."""
+        """Runs in the job's folder, so that the results do not contain its path."""
         line = [str(word) for word in words]
         done = subprocess.run([self.program, *line], cwd=self.folder, capture_output=True,
                               text=True, check=False)
@@ -50,7 +50,7 @@ class Job:
 
 
 def moved_table(text, change):
-    """An orientation table whose rows went through change(photo, numbers); None leaves one out."""
+    """An orientation table with change(photo, numbers) applied to its rows; None drops a row."""
     header, *rows = [line.split(",") for line in text.splitlines() if line]
     lines = [",".join(header)]
     for photo, *cells in rows:
@@ -66,7 +66,7 @@ def harvest(job, name, crs, *words):
 
 
 def of_old_photos(folder, interior=False):
-    """Of a simulated block."""
+    """Harvest options for the old photos of a simulated block."""
     words = ["--camera", f"{folder}old/camera.toml", "--dem", f"{folder}dem.tif",
              "--orientation", f"{folder}old/orientation.csv", f"{folder}old/photos/*.tif"]
     return words + (["--interior", f"{folder}old/interior"] if interior else [])

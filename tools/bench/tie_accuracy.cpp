@@ -1,15 +1,14 @@
-// How well tie points are measured, and whether matching all photos of a tie at once measures them
-// better than matching each with the tie's owner:
+// Accuracy of tie points, and whether joint matching of all photos of a tie is better than matching
+// each with the tie's owner:
 //   tie_accuracy FOLDER
 //
-// Simulates a block of two strips of digital photos in FOLDER (kept: a second run is quicker), with
-// houses and trees, finds all ties with the true poses, and sees how well their rays meet under
-// them: root of v'v / (2 n - 3) of the intersections, in pixels of one coordinate, gross errors
-// (above 1 px) counted apart. Printed by the number of rays: as matched
-// with the owner; after rounds of joint matching (every photo's window with the mean of all others'
-// as it should see them; Gruen & Baltsavias 1988 without the geometric constraint, which the
-// adjustment has); and how far two photos matched with one another are from where both were matched
-// with the owner (closure).
+// Simulates a block of two strips of digital photos in FOLDER (kept: a second run is faster), with
+// houses and trees, finds all ties with the true poses, and intersects their rays with these: root
+// of v'v / (2 n - 3) of the intersections, in pixels per coordinate, with gross errors (above 1 px)
+// counted separately. Prints by the number of rays: as matched with the owner; after rounds of
+// joint matching (every photo's window with the mean of all others, as it should see them; Gruen &
+// Baltsavias 1988 without the geometric constraint, which the adjustment has); and the difference
+// of two photos matched with each other from their matches with the owner (closure).
 #include <Eigen/Dense>
 #include <cmath>
 #include <cstdio>
@@ -79,7 +78,7 @@ Block ReadBlock(const std::string& folder) {
   return block;
 }
 
-// Where the rays of a tie meet under the true poses; v'v in px^2.
+// Intersection of the rays of a tie with the true poses; v'v in px^2.
 std::optional<double> SquareOf(const Block& block, const block::MeasuredTie& tie) {
   const double px_mm = std::sqrt(std::abs(block.photos[0].view.photo_from_pixel.A.determinant()));
   std::vector<PhotoObservation> rays;
@@ -99,8 +98,8 @@ std::optional<double> SquareOf(const Block& block, const block::MeasuredTie& tie
   return sum;
 }
 
-// The mean of the others' windows as photo `to` should see them, matched there; empty where not
-// found.
+// Matches the mean of the others' windows, as photo `to` should see them, in that photo; empty if
+// not found.
 std::optional<Eigen::Vector2d> MatchWithOthers(const Block& block, const block::MeasuredTie& tie,
                                                std::size_t to) {
   const block::TieSighting& here = tie.seen[to];
@@ -158,7 +157,7 @@ struct Tally {
   int closures = 0;
 };
 
-// Closure between the two last rays, which were not matched with one another.
+// Closure between the last two rays, which were not matched with each other.
 void AddClosure(const Block& block, const block::MeasuredTie& tie, Tally* tally) {
   if (tie.seen.size() < 3) return;
   block::MeasuredTie two = tie;

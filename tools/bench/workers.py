@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""How much faster are two workers than one, and what does a part cost before its first photo?
+"""How much faster are two workers than one, and how long does a part take to start?
 
     workers.py ORIENT [PHOTOS]
 
-A block of small digital photos is oriented (exterior orientation) by one process and by two side by
-side, each of one thread; then parts of blocks of 2,000 and 20,000 photos that are all done are timed.
-Prints what docs/evidence/many_machines.md holds and tools/bench/cluster_model.py takes.
+A block of small digital photos is oriented (exterior orientation) by one process and by two in
+parallel, each with one thread; then a part with nothing left to do is timed in blocks of 2,000 and
+20,000 photos. Prints the figures for docs/evidence/many_machines.md and
+tools/bench/cluster_model.py.
 """
 
 import os
@@ -43,7 +44,7 @@ def efficiency(orient, folder, photos):
 
 
 def start_of_part(orient, folder, photos):
-    """Seconds of a part that has nothing to do, in a block of so many photos."""
+    """Seconds for a part that has nothing to do, in a block of this many photos."""
     many = folder / f"many_{photos}"
     (many / "scans").mkdir(parents=True)
     scan = next((folder / "scans").glob("*.tif"))
@@ -55,7 +56,7 @@ def start_of_part(orient, folder, photos):
     (many / "approx.csv").write_text("\n".join(lines) + "\n")
     for file in ("approx.prj", "camera.toml", "dem.tif", "patches.gpkg", "block.toml"):
         shutil.copy(folder / file, many / file)
-    # The block's last photo alone: the part's results are there after the first run.
+    # The part is the block's last photo alone; its result is there after the first run.
     words = [orient, "block", many / "block.toml", "--stage", "exterior", "--part",
              f"{photos}/{photos}", "--jobs", "1"]
     run(*words)

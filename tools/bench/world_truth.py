@@ -1,4 +1,4 @@
-"""The truth of worlds.py: where ground points truly are in a photo, and where a pose puts them."""
+"""The truth for worlds.py: true image positions of ground points, and those implied by a pose."""
 
 import itertools
 import json
@@ -15,7 +15,7 @@ GRID = 15  # check points along a side of the frame
 
 
 class Dem:
-    """Heights of a GeoTIFF of one band: 32-bit floats in deflated strips."""
+    """Heights of a single-band GeoTIFF: 32-bit floats in deflated strips."""
 
     def __init__(self, path):
         data, tags = path.read_bytes(), {}
@@ -39,7 +39,7 @@ class Dem:
                 self.rows.append(struct.unpack(f">{width}f", bytes(itertools.chain(*zip(*planes)))))
 
     def height(self, x, y):
-        """Bilinear between the cells' centres."""
+        """Bilinear interpolation between cell centres."""
         col, row = (x - self.corner[0]) / self.step - 0.5, (self.corner[1] - y) / self.step - 0.5
         i, j = math.floor(row), math.floor(col)
         if not (0 <= i < len(self.rows) - 1 and 0 <= j < len(self.rows[0]) - 1):
@@ -49,7 +49,7 @@ class Dem:
 
 
 def distortion(camera, x, y):
-    """Of the lens, of x and y from the principal point, mm."""
+    """Lens distortion at x and y from the principal point, mm."""
     lens = camera.get("distortion", {"model": "brown"})
     if lens["model"] != "brown":
         sys.exit(f"{camera['name']}: a camera whose distortion is not brown")
@@ -61,7 +61,7 @@ def distortion(camera, x, y):
 
 
 def photo_of(camera, pose, ground):
-    """Where the camera shows a ground point, mm; a point behind it comes out far away."""
+    """Photo coordinates of a ground point, mm; a point behind the camera comes out far away."""
     turn = rotation(pose["omega"], pose["phi"], pose["kappa"])
     offset = [g - pose[axis] for g, axis in zip(ground, "xyz")]
     d = [sum(turn[row][col] * offset[row] for row in range(3)) for col in range(3)]
@@ -71,7 +71,7 @@ def photo_of(camera, pose, ground):
 
 
 def ground_of(camera, pose, photo, height):
-    """The first point of the ground, height(x, y), on the ray of a point of the photo."""
+    """First intersection of a photo point's ray with the ground, height(x, y)."""
     measured = [a - p for a, p in zip(photo, camera["principal_point_mm"])]
     ideal = measured
     for _ in range(20):
@@ -97,7 +97,7 @@ def ground_of(camera, pose, photo, height):
 
 
 def exact_photo(pixel_map, pixel):
-    """The cubic photo <- pixel."""
+    """The cubic transformation photo <- pixel."""
     u, v = (2 * a / pixel_map[side] - 1 for a, side in zip(pixel, ("width", "height")))
     return [sum(c * v**i * u**j for i, row in enumerate(pixel_map[name]) for j, c in enumerate(row))
             for name in ("Mx", "My")]
@@ -110,7 +110,7 @@ def affine_pixel(photo_from_pixel, photo):
 
 
 def check_points(camera, truth, height):
-    """Over the frame: points on the ground and their true pixels."""
+    """Ground points distributed over the frame, and their true pixels."""
     points, (width, depth) = [], camera["frame_mm"]
     centre = camera.get("frame_centre_mm", (0, 0))
     for i, j in itertools.product(range(GRID), repeat=2):
@@ -129,7 +129,7 @@ def rms_px(camera, pose, points, pixel_of):
 
 
 def stated_px(camera, pose, covariance, points, pixel_of):
-    """What rms_px is to be expected of a pose of this covariance (of m and radians)."""
+    """Expected rms_px of a pose with this covariance (in m and radians)."""
     steps = {"x": 0.01, "y": 0.01, "z": 0.01, "omega": 1e-4, "phi": 1e-4, "kappa": 1e-4}
     variances = []
     for ground, _ in points:
@@ -145,7 +145,7 @@ def stated_px(camera, pose, covariance, points, pixel_of):
 
 
 class Truth:
-    """Of a world's new photos: true pose, film and check points."""
+    """True poses, film deformation and check points of a world's new photos."""
 
     def __init__(self, place):
         self.all = json.loads((place / "truth.json").read_text(encoding="utf-8"))
@@ -165,7 +165,7 @@ class Truth:
 
 
 def made_up():
-    """A camera, a photo and a DEM: hills of 40 m under bent film, turned by half a right angle."""
+    """A camera, a photo and a DEM: hills of 40 m, deformed film, kappa 45 degrees."""
     camera = {"name": "made up", "principal_distance_mm": 100.0, "principal_point_mm": [0.1, -0.2],
               "frame_mm": [80.0, 60.0],
               "distortion": {"model": "brown", "k": [1e-6, -1e-10, 0.0], "p": [1e-6, -2e-6]}}
@@ -180,7 +180,7 @@ def made_up():
 
 
 def errors_of(name, camera, photo, height):
-    """What is wrong with the geometry of a photo; sentences."""
+    """Errors in the geometry of a photo, as sentences."""
     points, eo = check_points(camera, photo, height), photo["eo"]
     affine = photo["affine_photo_from_pixel"]["best_fit_frame"]
 
@@ -218,7 +218,7 @@ def errors_of(name, camera, photo, height):
 
 
 def self_test(data):
-    """Of the geometry; data: the folder of worlds, if it is there."""
+    """Tests the geometry; data: the folder of worlds, if it exists."""
     wrong, places = errors_of("made up", *made_up()), sorted(data.glob("*/truth.json"))
     for truth in (Truth(path.parent) for path in places):
         for name, photo in truth.photos.items():

@@ -1,29 +1,32 @@
 #!/usr/bin/env python3
-"""How often, how precisely and how fast photos are oriented from worse and worse starts.
+"""Success rate, precision and speed of orienting photos from increasingly poor approximations.
 
     worlds.py PROGRAM FOLDER [--worlds parcels turned mountain] [--harvests default 60 60+views 30]
               [--starts 1m 10m 30m 100m] [--kappa known unknown] [--draws 5] [--seed 1] [--jobs 0]
               [--again]
-    worlds.py --self-test        Proves the geometry: on a made-up photo, on the worlds if present.
+    worlds.py --self-test        Tests the geometry: on a synthetic photo, on the worlds if present.
 
-PROGRAM is a path to `orient`. The worlds, blocks of another simulator, are read at
-$ORIENT_SHARED_DATA/worlds (otherwise ../shared/data/worlds beside the project). FOLDER keeps, per
-world, interior orientations and one patch database a harvest, made once by whichever program came
-first (delete FOLDER/WORLD and give --again to have all made anew). FOLDER/worlds.json keeps all
-runs; those that the same program did are not repeated, unless --again. Ctrl-C loses the current run
-only.
+PROGRAM is a path to `orient`. The worlds, blocks from another simulator, are read from
+$ORIENT_SHARED_DATA/worlds (default: ../shared/data/worlds beside the project). FOLDER keeps, for
+each world, the interior orientations and one patch database per harvest, made once, by the first
+program used (to have them made again, delete FOLDER/WORLD and give --again). FOLDER/worlds.json
+keeps all runs; runs of the same program are not repeated without --again. Ctrl-C loses only the
+current run.
 
-A start is the one sigma of Gaussian errors of the true poses: 1m with 1', 10m with 3 degrees, 30m
-and 100m with 10 degrees. A draw's random numbers are the same for all starts, scaled, and for all
-harvests. Unknown kappa is drawn from the full circle instead and run with --kappa-sigma-deg 180.
+A start is the sigma of Gaussian errors added to the true poses: 1m with 1', 10m with 3 degrees, 30m
+and 100m with 10 degrees. The random numbers of a draw are the same for all starts, scaled, and for
+all harvests. Unknown kappa is instead drawn from the full circle, and run with --kappa-sigma-deg
+180.
 
-RMS px: over the whole frame on the DEM's ground, both coordinates together, in scan pixels, between
-where film transform and pose found put ground points and where they truly are. Photos with status
-ok and more than 1 px are `wrong`. Over sigma: these errors, of photos that are ok or weak, over what
-their covariances let expect, RMS; 1 where those are honest. Processor seconds are those of `orient
-exterior`, divided by its photos; memory is its peak, which grows with --jobs. The finding is the most frequent one that made
-photos fail (or weak, if none failed). worlds.json has every photo, and its numbers of patches:
-visible are those searched for, correlating those matched or rejected, matched those used.
+RMS px: the RMS distance over the whole frame, in scan pixels, between the projections of ground
+points on the DEM by the estimated film transform and pose and their true positions; the table has
+its median over the photos that are ok. Photos with status ok and more than 1 px are `wrong`. Over
+sigma: the normalised errors, i.e. these errors of photos that are ok or weak over those expected
+from their covariances, RMS; 1 if the covariances are realistic. Processor seconds are those of
+`orient exterior`, divided by its photos; memory is its peak, which grows with --jobs. The finding
+is the most frequent one that made photos fail (or weak, if none failed). worlds.json has every
+photo, and its numbers of patches: `visible` are those searched for, `correlating` those matched or
+rejected, `matched` those used.
 """
 
 import argparse
@@ -51,8 +54,8 @@ STARTS = {"1m": (1, 1 / 60), "10m": (10, 3), "30m": (30, 10), "100m": (100, 10)}
 KAPPAS = ["known", "unknown"]
 WRONG_PX = 1.0
 RECORD = "worlds.json"
-TRUTH = "truth.csv"  # of a world's photos, for exterior_matches
-# What distinguishes runs; program: a digest.
+TRUTH = "truth.csv"  # true poses of a world's photos, for exterior_matches
+# The key of a run; program: a digest.
 Run = collections.namedtuple("Run", "program world harvest start kappa seed draw")
 
 
@@ -61,7 +64,7 @@ class World:
         self.place, self.home, self.name, self.truth = place, home, place.name, Truth(place)
 
     def prepare(self, program, harvests):
-        """Interior orientations and patch databases, those that are not there yet; yields names."""
+        """Makes missing interior orientations and patch databases; yields their names."""
         place, home, old = self.place, self.home, sorted((self.place / "old_scans").glob("*.tif"))
         home.mkdir(parents=True, exist_ok=True)
         poses = {photo: [of["eo"][name] for name in ("x", "y", "z", "omega", "phi", "kappa")]
@@ -104,7 +107,7 @@ class World:
         return self.table(drawn)
 
     def table(self, elements):
-        """Of orientations, as `moved_table` makes it."""
+        """A table of orientations, made by `moved_table`."""
         return moved_table((self.place / "approx_coarse.csv").read_text(encoding="utf-8"), elements)
 
     def judged(self, photo, folder):
@@ -153,7 +156,7 @@ class World:
 
 
 def measured(line, console):
-    """Runs a program: its exit code, what it used."""
+    """Runs a program; returns its exit code and resource usage."""
     with open(console, "w", encoding="utf-8") as file:
         child = subprocess.Popen([str(word) for word in line], stdout=file, stderr=file)
         try:
@@ -167,7 +170,7 @@ def measured(line, console):
 
 
 class Record:
-    """FOLDER/worlds.json: `runs`, and which program made what else is in FOLDER."""
+    """FOLDER/worlds.json: `runs`, and by which program other parts of FOLDER were `made`."""
 
     def __init__(self, path):
         self.path, self.made, self.runs = path, {}, {}
@@ -191,7 +194,7 @@ def rate_of_ok(runs):
 
 
 def violations(groups):
-    """Where a better start, or a known kappa, made fewer photos ok; of the draws that both have."""
+    """Cases where a better start or a known kappa made fewer photos ok, over common draws."""
     found = []
     for (better, runs), (poorer, others) in itertools.permutations(groups.items(), 2):
         differs = [i for i, (a, b) in enumerate(zip(better, poorer)) if a != b]
@@ -207,7 +210,7 @@ def violations(groups):
 
 
 def over_sigma(photos):
-    """RMS of errors over stated sigmas; runs of before these were kept have none."""
+    """RMS of errors over stated sigmas; older records have no sigmas."""
     ratios = [photo["rms_px"] / photo["stated_px"] for photo in photos if photo.get("stated_px")]
     return f"{math.sqrt(statistics.fmean(r * r for r in ratios)):.2f}" if ratios else "-"
 
@@ -238,7 +241,7 @@ def report(groups):
 
 
 def work(told, program, folder, wanted, record):
-    """What is wanted and not done yet."""
+    """Does all runs that are wanted and not yet done."""
     data, worlds = shared_data() / "worlds", {}
     digest = wanted[0].program
     for name in dict.fromkeys(told.worlds):

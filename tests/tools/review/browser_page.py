@@ -1,4 +1,4 @@
-"""The page of `orient review` in Debian's Chromium, as tests see it and act on it."""
+"""The page of `orient review` in Debian's Chromium, as tests read and operate it."""
 
 import shutil
 import time
@@ -9,7 +9,7 @@ FLAGS = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-
 
 
 class Page:
-    """What a person sees and does; every wait has an end."""
+    """What a person sees and does; every wait has a time limit."""
 
     def __init__(self, browser, keys, actions):
         self.browser, self.keys, self.actions = browser, keys, actions
@@ -55,7 +55,7 @@ class Page:
                            "n.includes('://') && !n.startsWith(location.origin + '/'))")
 
     def measure_by_keys(self, mark, pixel):
-        """Moved under the cross."""
+        """Moves the pixel under the cross and measures it there."""
         while self.at("mark").get_attribute("value") != mark or not self.script("review.mode"):
             self.press("m")
         self.browser.execute_script(

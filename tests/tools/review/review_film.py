@@ -1,4 +1,4 @@
-"""Real frames of film on the page of `orient review`."""
+"""Real film frames on the page of `orient review`."""
 
 import csv
 import json
@@ -12,7 +12,7 @@ from review_server import running
 
 
 def real_film():
-    """The folder of real frames; None where it is absent."""
+    """The folder of real frames; None if it is absent."""
     root = pathlib.Path(__file__).resolve().parents[3]
     film = pathlib.Path(os.environ.get("ORIENT_SHARED_DATA", root / "../shared/data")) / "film"
     if film.is_dir():
@@ -22,7 +22,7 @@ def real_film():
 
 
 def click_mark(page, mark, pixel):
-    """Named and clicked to a whole pixel, as a person does who knows no camera file."""
+    """Names a mark and clicks it to a whole pixel, as a person without a camera file does."""
     page.type("mark", mark)
     page.at("measure").click()
     page.browser.execute_script(
@@ -32,7 +32,7 @@ def click_mark(page, mark, pixel):
 
 
 def a_camera_from_clicks(page, orient, folder, pictures):
-    """A camera that no library has, from one scan: it reads the roll's other frame alone."""
+    """A camera not in any library, from one scan; with it, the roll's other frame is oriented."""
     film = real_film()
     if not film:
         return
@@ -69,7 +69,7 @@ def a_camera_from_clicks(page, orient, folder, pictures):
 
 
 def a_failed_frame_becomes_weak(page, orient, folder, pictures):
-    """A curled print of a real film: three marks by eye (of four, one cannot be seen)."""
+    """A curled print of a real film: three marks by eye (one of the four is not visible)."""
     film = real_film()
     if not film:
         return

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""CTest `review_http`: `orient review` answers its own page and nobody else, and loses no word.
+"""CTest `review_http`: `orient review` answers only its own page, and loses no entry.
 
-    review_http_test.py ORIENT [--all]     --all: more requests and kills
+    review_http_test.py ORIENT [--all]     --all: more requests and kills, scans oriented again
 
-The program runs as people start it; Python's standard library speaks HTTP to it.
+The program runs as started by a user; Python's standard library speaks HTTP to it.
 """
 
 import concurrent.futures
@@ -64,7 +64,7 @@ def strangers_are_refused(server, said):
 
 
 def huge_bodies_are_refused(server, said):
-    """By their stated length, before they are read; and without one."""
+    """By their stated length before they are read, and if no length is stated."""
     before = files_of(said)
     for head in (b"Content-Length: 100000000", b"Transfer-Encoding: chunked"):
         with socket.create_connection((server.host, server.port), timeout=30) as connection:
@@ -88,7 +88,7 @@ def many_requests_are_answered(server, names, number):
         answers = list(pool.map(lambda i: server.ask("GET", paths[i % len(paths)])[0],
                                 range(number)))
     assert set(answers) == {200}, set(answers)
-    # Connections that ask nothing do not keep others waiting for long.
+    # Connections that send nothing do not keep others waiting for long.
     silent = [socket.create_connection((server.host, server.port)) for _ in range(30)]
     assert server.get("api/list")["photos"]
     for connection in silent:
@@ -96,7 +96,7 @@ def many_requests_are_answered(server, names, number):
 
 
 def slow_connections_do_not_stop_it(server, number):
-    """Heads that come byte by byte and never end."""
+    """Request headers that arrive byte by byte and never end."""
     slow = [socket.create_connection((server.host, server.port)) for _ in range(number)]
     for sent in b"GET /ab":
         for connection in slow:
@@ -110,7 +110,7 @@ def slow_connections_do_not_stop_it(server, number):
 
 
 def the_page_is_opened(orient, folder, words):
-    """By the desktop's own program, with the address."""
+    """By the desktop's own program, which is passed the address."""
     opener = folder / "bin/xdg-open"
     opener.parent.mkdir()
     opener.write_text(f'#!/bin/sh\necho "$1" > "{folder}/opened"\n', encoding="utf-8")
@@ -129,7 +129,7 @@ def the_page_is_opened(orient, folder, words):
 
 
 def names_are_text(server, names):
-    """Markup in a name stays a string of the JSON; the page itself holds no name."""
+    """Markup in a name remains a string of the JSON; the page itself contains no names."""
     listed = [photo["name"] for photo in server.get("api/list")["photos"]]
     assert sorted(listed) == sorted(names), listed
     status, headers, body = server.ask("GET", "")
@@ -156,7 +156,7 @@ def killed_programs_lose_no_word(orient, folder, words, kills):
         text = (folder / "said/marks.csv").read_text(encoding="utf-8")
         assert all(f"z,k{i},{i}," in text for i in range(number + 1)), text
     assert not list((folder / "said").glob("*.part"))
-    with running(orient, *words) as server:  # and all can be taken back
+    with running(orient, *words) as server:  # and everything can be undone
         for i in reversed(range(kills)):
             listed = server.get("api/list")
             assert listed["undo"] == f"mark k{i}", listed["undo"]
@@ -166,7 +166,7 @@ def killed_programs_lose_no_word(orient, folder, words, kills):
 
 
 def interiors_are_measured_again(orient, folder):
-    """Rejected, a scan of `orient interior` fails when it is done again, and only then."""
+    """A rejected scan of `orient interior` fails when it is oriented again, and only then."""
     def status():
         return {photo["name"]: photo["status"] for photo in server.get("api/list")["photos"]}
 
@@ -202,7 +202,7 @@ def interiors_are_measured_again(orient, folder):
     text = (world / "camera.toml").read_text(encoding="utf-8")
     changed = text.replace("principal_distance_mm = ", "principal_distance_mm = 1")
     (world / "camera.toml").write_text(changed, encoding="utf-8")
-    with running(orient, *words) as server:  # with another camera file than the run's
+    with running(orient, *words) as server:  # with a different camera file than the run
         assert "made from other inputs" in again()
         assert status() == before
 
@@ -213,9 +213,9 @@ def wrong_starts_are_refused(orient, folder, words, server):
                               timeout=30, check=False)
         return done.returncode, done.stderr
 
-    assert said_on_stderr(*words)[0] == 2  # another review has the folder
+    assert said_on_stderr(*words)[0] == 2  # another review uses the folder
     code, text = said_on_stderr(folder / "out", "--measurements", folder / "other")
-    assert code == 2 and "another orient" in text, (code, text)  # and OUT, wherever it writes
+    assert code == 2 and "another orient" in text, (code, text)  # and OUT, whatever it writes to
     shutil.copytree(folder / "out", folder / "copy", ignore=shutil.ignore_patterns("*.lock"))
     code, text = said_on_stderr(folder / "copy", "--measurements", folder / "other", "--port",
                                 server.port)

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 """CTest `review_page` (slow): the page of `orient review` in a real browser, by mouse and by keys.
 
-    review_page_test.py ORIENT [PICTURES]    PICTURES: folder for screenshots of what was seen
+    review_page_test.py ORIENT [PICTURES]    PICTURES: folder for screenshots
 
-Needs Debian's chromium, chromium-driver and python3-selenium; is skipped (exit code 77) without.
-A simulated block of three photos is oriented; on the page a mark is measured, a ground point is
-taken from photo and map, a photo is placed in the map, decisions are made, taken back, withdrawn,
-and carried out.
+Needs Debian's chromium, chromium-driver and python3-selenium, and is skipped (exit code 77) without
+them. A simulated block of three photos is oriented; on the page, a mark is measured, a ground point
+is measured in photo and map, a photo is placed on the map, and decisions are made, undone,
+withdrawn, and carried out.
 """
 
 import json
@@ -24,7 +24,7 @@ from review_recorded import single_photos_are_oriented_again
 from review_server import make_folder, running
 
 SKIPPED = 77
-DEBIAN_PYTHON = "/usr/bin/python3"  # whose package selenium is
+DEBIAN_PYTHON = "/usr/bin/python3"  # has the package selenium
 
 
 def make_block(orient, folder):
@@ -80,7 +80,7 @@ def measures_a_mark_by_mouse(page, said):
 
 
 def measures_a_mark_by_keys(page, said):
-    """At the very pixel where it was found."""
+    """At the pixel where it was found automatically."""
     photo = page.text("name")
     mark, pixel = page.script("[review.photo.interior.marks[0].id, "
                               "review.photo.interior.marks[0].pixel]")
@@ -93,7 +93,7 @@ def measures_a_mark_by_keys(page, said):
 
 
 def measures_a_ground_point(page, said, pictures):
-    """In the photo by a click, on the orthophoto by a click; its height is the DEM's."""
+    """By a click in the photo and one on the orthophoto; its height is taken from the DEM."""
     photo = page.text("name")
     page.press("g")
     page.click_stage("photo_view")
@@ -118,7 +118,7 @@ def measures_a_ground_point(page, said, pictures):
 
 
 def measures_a_ground_point_by_keys(page, said):
-    """Under the cross in the photo, then in the map; its coordinates are withdrawn by themselves."""
+    """Under the cross in the photo, then on the map; its coordinates are withdrawn separately."""
     photo = page.text("name")
     page.press("g", page.keys.ENTER)
     page.until(lambda: page.at("point_form").is_displayed(), "the point's form")
@@ -143,7 +143,7 @@ def measures_a_ground_point_by_keys(page, said):
 
 
 def decides(page, said):
-    """Accepts by its key, and says what the photo is in the panel; all of it is taken back."""
+    """Accepts the photo by a key and describes it in the panel; all of this is then undone."""
     photo, before = page.text("name"), (said / "decisions.csv").read_text(encoding="utf-8")
     page.type("why", "seen")
     page.press(page.keys.ESCAPE, "a")
@@ -164,7 +164,7 @@ def decides(page, said):
     page.browser.execute_script("document.getElementById('kind').value = 'orientation'")
     page.at("decide").click()
     page.until(lambda: "sideways" in page.text("message"), "what is wrong with the value")
-    told = page.errors()  # by the browser, too
+    told = page.errors()  # the browser reports it, too
     assert len(told) == 1 and "422" in told[0]["message"], told
     assert "sideways" not in (said / "decisions.csv").read_text(encoding="utf-8")
     page.type("value", "")
@@ -176,13 +176,13 @@ def decides(page, said):
 
 
 def patches_lie_on_the_map(page):
-    """Those of the photo that is shown."""
+    """The patches of the photo that is shown."""
     shown = page.script("mapView.patches.getLayers().length")
     assert shown == page.script("review.photo.exterior.patches.length") > 50, shown
 
 
 def orients_again(page, said):
-    """Rejected and done again it fails; taken back and done again it is what it was."""
+    """A rejected photo fails when oriented again; once this is withdrawn, it is as before."""
     photo, before = page.text("name"), page.text("status")
     page.type("why", "cloud, <script>alert(1)</script>")
     page.press(page.keys.ESCAPE, "r")
@@ -201,7 +201,7 @@ def orients_again(page, said):
 
 
 def places_a_photo(page, said, block, pictures):
-    """Under the cross by keys, then by its handle; oriented again it starts from there."""
+    """Under the cross by keys, then by its handle; orientation then starts from there."""
     photo = page.text("name")
     own = "review.map.photos.find((p) => p.name === review.photo.name)"
     page.press("o")
@@ -334,7 +334,7 @@ def main(orient, pictures=None):
                 assert not page.foreign_requests(), page.foreign_requests()
             single_photos_are_oriented_again(orient, block)
         with tempfile.TemporaryDirectory() as name:
-            browser.get_log("browser")  # the refusal above is told there, too
+            browser.get_log("browser")  # the refusal above is reported there, too
             markup_in_names_does_nothing(page, orient, pathlib.Path(name), pictures)
             a_failed_frame_becomes_weak(page, orient, pathlib.Path(name), pictures)
             a_camera_from_clicks(page, orient, pathlib.Path(name), pictures)

@@ -1,4 +1,4 @@
-"""Folders of `orient interior` and `orient exterior`, oriented again as their run.json says."""
+"""Folders of `orient interior` and `orient exterior`, oriented again as their run.json states."""
 
 import json
 import subprocess
@@ -8,7 +8,7 @@ from review_server import running
 
 
 def done_again(server):
-    """Waits for the end of a run that is asked for; what it says of its end."""
+    """Starts a run and waits for its end; returns its error message, empty on success."""
     status, _, body = server.ask("POST", "api/again", "{}")
     assert status == 200, body
     until = time.monotonic() + 120
@@ -21,11 +21,11 @@ def done_again(server):
 
 
 def single_photos_are_oriented_again(orient, block):
-    """A folder of orient interior and orient exterior: both stages, as its run.json says."""
+    """A folder of orient interior and orient exterior: both stages, as its run.json states."""
     out, said = block / "single", block / "of_single"
     scans = sorted((block / "scans").glob("*.tif"))
     camera = ["--camera", block / "camera.toml", "--out", out]
-    # Options that are not the defaults: a run that forgets them does other photos again, too.
+    # Options that are not the defaults: a run that ignores them orients other photos again, too.
     interior = ["--roll", "differing", "--scanner", "photogrammetric", "--pixel-size-um", 100,
                 "--orientation", "r0"]
     exterior = ["--approximations", block / "approx.csv", "--dem", block / "dem.tif", "--patchdb",
@@ -69,7 +69,7 @@ def single_photos_are_oriented_again(orient, block):
 
 
 def what_cannot_be_repeated_is_said(orient, block, out, scans):
-    """A folder whose making is not known, or from elsewhere, a block's: nothing is changed."""
+    """A folder of unknown origin, one from elsewhere, or a block's: nothing is changed."""
     def refused(folder, *more):
         files = {path: path.read_bytes() for path in folder.iterdir() if path.is_file()}
         with running(orient, folder, *scans, "--measurements", block / "of_other", *more) as server:

@@ -1,4 +1,4 @@
-"""Starts `orient review` for tests, and a small output folder whose names are meant to do harm."""
+"""Starts `orient review` for tests, on a small output folder with malicious photo names."""
 
 import contextlib
 import http.client
@@ -46,7 +46,7 @@ class Server:
         self.host, self.port, self.token = parts.hostname, parts.port, parts.path.strip("/")
 
     def ask(self, method, path, body=None, headers=None, token=None):
-        """(status, headers, body); `path` below the token."""
+        """Returns (status, headers, body); `path` is relative to the token."""
         connection = http.client.HTTPConnection(self.host, self.port, timeout=60)
         try:
             head = {"Content-Type": "application/json"} if method == "POST" else {}
@@ -63,7 +63,7 @@ class Server:
         return json.loads(body)
 
     def say(self, word):
-        """The status."""
+        """Returns the status."""
         word = {"version": self.get("api/list")["version"], **word}
         return self.ask("POST", "api/say", json.dumps(word))[0]
 

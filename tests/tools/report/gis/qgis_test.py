@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""CTest `qgis`: QGIS itself opens block.qgz and block.gpkg as they are meant to look.
+"""CTest `qgis`: QGIS itself opens block.qgz and block.gpkg and shows them as intended.
 
-    qgis_test.py ORIENT [PICTURE.png]   keeps the picture of the map there
+    qgis_test.py ORIENT [PICTURE.png]   PICTURE.png: where to keep the picture of the map
 
 Skipped (77) without Debian's python3-qgis.
 """
@@ -35,7 +35,7 @@ def make_finished_block(orient, folder):
                "--relief-m", 50)
     run(orient, "block", folder / "block.toml")
     run(orient, "ortho", folder / "block.toml", "--mosaic")
-    # The project must not depend on where it was made.
+    # The project must not depend on the folder it was made in.
     shutil.move(folder / "out", folder / "moved")
     return folder / "moved"
 
@@ -111,7 +111,7 @@ def main(orient, picture=None):
         application.exitQgis()
     print("\n".join(found) or "QGIS shows the block as it is meant")
     sys.stdout.flush()
-    os._exit(1 if found else 0)  # Qt's own threads may outlive the interpreter's end
+    os._exit(1 if found else 0)  # Qt's threads may outlive the interpreter
 
 
 if __name__ == "__main__":
