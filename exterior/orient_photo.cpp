@@ -170,13 +170,14 @@ double SpreadOf(const PhotoTask& task, const PreciseRound& round) {
   return 12 * std::sqrt(std::max(0.0, moments.determinant())) / area;
 }
 
+// Sizes are those under the approximation: a pose that was not accepted may be far too high.
 TriedPatches ToRemedy(const PhotoTask& task, const PreciseRound& round) {
   TriedPatches tried;
   tried.visible = static_cast<int>(round.predictions.size());
+  const PhotoView view = task.View(task.photo.positions.front(), task.photo.prior.pose);
   std::vector<double> sides_px;
   for (const PatchPrediction& p : round.predictions)
-    if (const auto side_px = PatchSide(round.view, task.patches[p.patch]))
-      sides_px.push_back(*side_px);
+    if (const auto side_px = PatchSide(view, task.patches[p.patch])) sides_px.push_back(*side_px);
   if (!sides_px.empty()) tried.side_px = Median(std::move(sides_px));
   return tried;
 }

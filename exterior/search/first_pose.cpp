@@ -8,12 +8,11 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <tuple>
+#include <numbers>
 
 #include "core/base/median.h"
 #include "core/base/side_by_side.h"
 #include "exterior/search/search_prior.h"
-#include "exterior/search/whole_photo_search.h"
 #include "exterior/steps/align.h"
 #include "exterior/steps/consensus.h"
 #include "exterior/steps/match.h"
@@ -129,6 +128,7 @@ SearchPlan Plan(const PhotoTask& task, const FilmPosition& position, const PoseP
 // anything. So a few patches all over the photo are searched for first, and more only until they
 // agree on a pose that chance does not explain; it then shows where the others are.
 constexpr int kFirstPatches = 12;
+constexpr std::size_t kFewBatches = 3;
 
 // The predictions in batches; the first batches, taken together, are spread over the photo.
 std::vector<std::vector<PatchPrediction>> Batches(const PhotoTask& task,
@@ -168,14 +168,14 @@ class FirstSearch {
   bool Done() const { return done_ == batches_.size(); }
 
   // Seeks the next batch of patches; returns the pose that they and those before agree on, if any.
-  std::optional<PoseTrack> Next(double trials, SearchBudget* budget) {
+  // `samples_of_all`: drawn where it is the last one, shared among the film positions.
+  std::optional<PoseTrack> Next(double trials, int samples_of_all, SearchBudget* budget) {
     std::vector<VotingPatch> sought = Seek(task_, view_, batches_[done_++], reduction_, reduction_);
     budget->Spend(sought, reduction_);
     voting_.insert(voting_.end(), std::make_move_iterator(sought.begin()),
                    std::make_move_iterator(sought.end()));
-    // The last batch is the last chance: it has more samples, shared among the film positions.
     const int least = ConsensusOptions().samples;
-    const int of_all = kSamplesOfAll / static_cast<int>(task_.photo.positions.size());
+    const int of_all = samples_of_all / static_cast<int>(task_.photo.positions.size());
     const int samples = Done() && batches_.size() > 1 ? std::max(of_all, least) : least;
     const auto consensus = Vote(view_, prior_, voting_, reduction_, trials, samples);
     if (!consensus) return std::nullopt;
@@ -203,24 +203,31 @@ class FirstSearch {
   std::vector<VotingPatch> voting_;
 };
 
-// Searches from one prior at one resolution. Each batch is tried in all film positions before the
-// next one: the wrong ones never succeed. `ways`: number of such searches. `best`: the best of the
-// poses that chance explains. Nothing more is tried once the budget is spent.
-std::optional<PoseTrack> SearchFrom(const PhotoTask& task, const PosePrior& prior, int finer,
-                                    std::size_t ways, std::size_t most_batches,
+// How a first pose is searched for.
+struct FirstWay {
+  const PosePrior& prior;
+  int finer = 1;  // than the coarsest resolution, a factor
+  std::size_t most_batches = std::numeric_limits<std::size_t>::max();
+  int samples_of_all = kSamplesOfAll;
+};
+
+// Each batch is tried in all film positions before the next one: the wrong ones never succeed.
+// `ways`: number of such searches. `best`: the best of the poses that chance explains. Nothing more
+// is tried once the budget is spent.
+std::optional<PoseTrack> SearchFrom(const PhotoTask& task, const FirstWay& way, std::size_t ways,
                                     SearchBudget* budget, std::optional<PoseTrack>* best) {
   std::vector<FirstSearch> searches;
   std::size_t batches = 0;
   for (const FilmPosition& position : task.photo.positions) {
-    searches.emplace_back(task, position, prior, finer);
+    searches.emplace_back(task, position, way.prior, way.finer);
     batches = std::max(batches, searches.back().BatchCount());
   }
   const auto trials = static_cast<double>(ways * searches.size() * batches);
-  for (std::size_t batch = 0; batch < std::min(batches, most_batches); ++batch) {
+  for (std::size_t batch = 0; batch < std::min(batches, way.most_batches); ++batch) {
     std::optional<PoseTrack> found;
     for (FirstSearch& search : searches) {
-      const auto track =
-          search.Done() || budget->Spent() ? std::nullopt : search.Next(trials, budget);
+      if (search.Done() || budget->Spent()) continue;
+      const auto track = search.Next(trials, way.samples_of_all, budget);
       if (!track) continue;
       if (search.Done()) KeepBetter(track, best);
       if (track->log10_false_alarms < task.options.max_log10_false_alarms)
@@ -239,27 +246,66 @@ std::optional<PoseTrack> FirstPose(const PhotoTask& task) {
   const PosePrior& prior = task.photo.prior;
   const PosePrior doubtful = Doubtful(prior, task.patches.front().ground_m.z());
   // Finer or wider, a patch costs four times as much; if a few batches fail, keypoints are next.
-  constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max(), kFew = 3;
-  const std::array ways = {std::tuple(&prior, 1, kAll), std::tuple(&prior, 2, kFew),
-                           std::tuple(&doubtful, 1, kFew)};
+  const std::array ways = {FirstWay{prior}, FirstWay{prior, 2, kFewBatches},
+                           FirstWay{doubtful, 1, kFewBatches}};
   std::optional<PoseTrack> best;
   SearchBudget budget(kMaxSearchedPixels);
-  for (const auto& [assumed, finer, batches] : ways)
-    if (auto found = SearchFrom(task, *assumed, finer, ways.size(), batches, &budget, &best))
-      return found;
+  for (const FirstWay& way : ways)
+    if (auto found = SearchFrom(task, way, ways.size(), &budget, &best)) return found;
   return best;
 }
 
+namespace {
+
+// Whether every window, at the coarsest resolution, is of moderate size.
+bool IsEasy(const PhotoTask& task, const PosePrior& prior) {
+  constexpr double kMostPixels = 1.5e6;
+  return std::all_of(task.photo.positions.begin(), task.photo.positions.end(),
+                     [&](const FilmPosition& position) {
+                       const SearchPlan plan = Plan(task, position, prior);
+                       return plan.WindowPixels(task, plan.coarsest) <= kMostPixels;
+                     });
+}
+
+}  // namespace
+
 std::optional<PoseTrack> EasyFirstPose(const PhotoTask& task) {
   constexpr int kBatches = 2;
-  constexpr double kMostPixels = 1.5e6;  // of a window
-  for (const FilmPosition& position : task.photo.positions) {
-    const SearchPlan plan = Plan(task, position, task.photo.prior);
-    if (plan.WindowPixels(task, plan.coarsest) > kMostPixels) return std::nullopt;
-  }
+  if (!IsEasy(task, task.photo.prior)) return std::nullopt;
   SearchBudget budget(kMaxSearchedPixels);
   std::optional<PoseTrack> unproven;
-  return SearchFrom(task, task.photo.prior, 1, 1, kBatches, &budget, &unproven);
+  return SearchFrom(task, {task.photo.prior, 1, kBatches}, 1, &budget, &unproven);
+}
+
+WholePhotoSearch FirstPoseByKappa(const PhotoTask& task, double trials) {
+  constexpr int kSectors = 16;
+  constexpr double kSector_rad = 2 * std::numbers::pi / kSectors;
+  constexpr double kMostSearched = 5e7;  // pixels: some 3 s of processor time
+  const Matrix6d& stated = task.photo.prior.covariance;
+  const double allowed_rad = task.options.prior_failed
+                                 ? std::numbers::pi
+                                 : kWindowSigmas * std::sqrt(stated(5, 5)) + kSector_rad / 2;
+  WholePhotoSearch search;
+  SearchBudget budget(kMostSearched);
+  for (int k = 0; k < kSectors && std::abs(Outwards(k)) * kSector_rad <= allowed_rad; ++k) {
+    PosePrior prior = task.photo.prior;
+    prior.pose.opk_rad.z() += Outwards(k) * kSector_rad;
+    prior.covariance.row(5).setZero();
+    prior.covariance.col(5).setZero();
+    prior.covariance(5, 5) = kSector_rad * kSector_rad / 12;  // anywhere in the sector
+    if (!IsEasy(task, prior)) continue;
+    search.searched = true;
+    FirstWay way{prior};
+    way.samples_of_all = ConsensusOptions().samples;
+    const auto ways = kSectors + static_cast<std::size_t>(trials);
+    if (auto found = SearchFrom(task, way, ways, &budget, &search.track)) {
+      search.track = std::move(found);
+      return search;
+    }
+    search.complete = !budget.Spent();
+    if (!search.complete) break;
+  }
+  return search;
 }
 
 // Most rough poses are wrong, as a probe of some patches shows: at least this many of them agree

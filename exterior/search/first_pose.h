@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "exterior/search/whole_photo_search.h"
 #include "exterior/steps/photo_task.h"
 
 namespace orient::exterior {
@@ -17,6 +18,12 @@ std::optional<PoseTrack> FirstPose(const PhotoTask& task);
 // The same from the prior as it stands, where a few patches at the coarsest resolution and in
 // windows of moderate size are enough to show what chance does not explain; empty otherwise.
 std::optional<PoseTrack> EasyFirstPose(const PhotoTask& task);
+
+// The same where kappa is open and the position is not: in sectors of kappa, outwards from the
+// approximate one, with windows of moderate size. Every kappa if the search within the stated
+// accuracy has failed before, else those that the accuracy allows. `trials`: in how many other ways
+// a first pose was searched for.
+WholePhotoSearch FirstPoseByKappa(const PhotoTask& task, double trials);
 
 // What is wrong with the approximation or the patches, where there is no first pose.
 Finding WhyNoFirstPose(const PhotoTask& task);

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "exterior/search/attitude_search.h"
+#include "exterior/search/first_pose.h"
 #include "exterior/search/keypoint_search.h"
 #include "exterior/search/mosaic_tiles.h"
 #include "exterior/search/search_prior.h"
@@ -222,10 +223,13 @@ WholePhotoSearch SearchAtEveryKappa(const PhotoTask& task) {
   WholePhotoSearch turned = SearchAttitudes(task, ground_m, places.Trials());
   const bool by_patches = turned.searched;
   search.Add(std::move(turned));
+  if (Convinces(search.track, task.options)) return search;
   // If the position is truly known, single patches show more than tiles of their mosaic.
-  const bool known = !task.options.prior_failed && IsPositionKnown(task.photo.prior, ground_m);
-  if (Convinces(search.track, task.options) || (by_patches && known)) return search;
-  search.Add(places.Run());
+  const bool known = IsPositionKnown(task.photo.prior, ground_m);
+  if (!by_patches || !known || task.options.prior_failed) search.Add(places.Run());
+  // Fewer patches than all of these need show a pose where each has a window of its own.
+  if (known && !Convinces(search.track, task.options))
+    search.Add(FirstPoseByKappa(task, places.Trials()));
   return search;
 }
 

@@ -2,7 +2,8 @@
 // keypoints are compared with the patches' (keypoint_search.h); then single patches are searched
 // for at every kappa (attitude_search.h). Where they show no pose and the position is not truly
 // known, the whole photo is searched, at every kappa and several scales, for tiles of the mosaic
-// that the patches make together, and the tiles vote. Private to exterior.
+// that the patches make together, and the tiles vote. Last, where the position is known, every
+// patch is searched for in a window of its own, kappa by kappa (first_pose.h). Private to exterior.
 #pragma once
 
 #include <optional>

@@ -8,6 +8,7 @@
 
 #include "core/matching/correlation.h"
 #include "core/raster/resample.h"
+#include "interior/marks/match_precision.h"
 
 namespace orient::interior {
 namespace {
@@ -20,6 +21,7 @@ constexpr double kPixelsOverMark = 32;
 // With fewer than this at half resolution, strokes merge: such marks are searched at full at once.
 constexpr double kFewestPixelsOverMark = 13;
 constexpr double kMinValid = 0.7;
+constexpr double kHardlyReduced = 1.5;  // the scan's grain is not averaged away
 
 double FineReduction(const MarkShape& shape, double pixel_mm) {
   const double wanted = std::clamp(2 * MarkRadius(shape) / kPixelsOverMark, 0.03, 0.12);
@@ -34,7 +36,6 @@ double MmOfPixel(const Matrix2d& pixel_from_mm) {
 // sharpened them: the dark edges that it gave them are as wide. A search that reduces the scan
 // averages them anyway.
 bool VanishesAtHalf(const MarkShape& shape, const Matrix2d& pixel_from_mm, double reduction) {
-  constexpr double kHardlyReduced = 1.5;
   return !shape.picture && reduction < kHardlyReduced &&
          WidestStroke(shape) < MmOfPixel(pixel_from_mm);
 }
@@ -150,6 +151,27 @@ class Refiner {
   std::map<std::tuple<size_t, int, int>, double> known_;
 };
 
+// The coefficient that a faint mark would have without the scan's grain, in place of the one that
+// the grain leaves it. `places` are centres of marks in the image, `sign` +1 for bright ones.
+void ScoreWithoutGrain(const Image& image, const MarkTemplate& drawn, double sign,
+                       std::vector<Peak>* places) {
+  Image model = drawn.values;
+  for (float& value : model.values)
+    if (!std::isfinite(value)) value = 0;
+  for (Peak& place : *places) {
+    const Vector2d corner = (place.position - drawn.centre).array().round();
+    const int col = static_cast<int>(corner.x()), row = static_cast<int>(corner.y());
+    Image seen(model.width, model.height, kNoData);
+    for (int r = std::max(0, -row); r < std::min(seen.height, image.height - row); ++r)
+      for (int c = std::max(0, -col); c < std::min(seen.width, image.width - col); ++c)
+        if (std::isfinite(drawn.values.At(c, r))) seen.At(c, r) = image.At(c + col, r + row);
+    const auto without = CorrelationWithoutGrain(seen, model, Vector2d::Zero());
+    if (!without || *without < std::max(kLeastWithoutGrain, place.score)) continue;
+    const auto match = PrecisionOfMatch(seen, model, Vector2d::Zero());
+    if (match && sign * match->gain_over_sigma > kHighestGainOfGrain) place.score = *without;
+  }
+}
+
 // Best first, none within `min_distance` of a better one.
 std::vector<Peak> WithoutDoubles(std::vector<Peak> peaks, double min_distance, size_t max_count) {
   std::sort(peaks.begin(), peaks.end(),
@@ -222,27 +244,32 @@ MarkCandidates TemplateSearch::Find(ScanWindows& scan, const MarkShape& shape,
 
   // A clear mark has side maxima where ring and arms overlap themselves: no separate marks.
   const double distance = 1.2 * MarkRadius(shape) / result.coarse_pixel_mm;
+  const bool grainy = !shape.picture && templates.reduction < kHardlyReduced;
+  // More places than asked for, as their order may change, and those that grain keeps below.
+  const int looked_at = search.max_count + search.max_count / 2;
+  const double least = (grainy ? 0.6 : 1) * search.min_ncc;
+  const auto best_of = [&](std::vector<Peak> places, double sign) {
+    if (grainy) ScoreWithoutGrain(flat, turns[turns.size() / 2], sign, &places);
+    std::erase_if(places, [&](const Peak& place) { return place.score < search.min_ncc; });
+    return AsCandidates(
+        WithoutDoubles(std::move(places), distance, static_cast<size_t>(search.max_count)), seen);
+  };
   if (templates.half.empty()) {
     const Scores scores = CorrelateTurns(flat, turns);
-    const auto peaks = [&](const Image& image) {
-      return AsCandidates(
-          CentrePeaks(image, turns[0].centre, search.max_count, distance, search.min_ncc), seen);
+    const auto places = [&](const Image& image) {
+      return CentrePeaks(image, turns[0].centre, looked_at, distance, least);
     };
-    result.bright = peaks(scores.bright);
-    result.dark = peaks(scores.dark);
+    result.bright = best_of(places(scores.bright), 1);
+    result.dark = best_of(places(scores.dark), -1);
     return result;
   }
   const Scores scores = CorrelateTurns(ReduceBy(flat, 2), templates.half);
   Refiner refiner(flat, turns, templates.spots);
   const auto refined = [&](const Image& coarse, double sign) {
-    // More places than asked for, as their order may change.
-    const int looked_at = search.max_count + search.max_count / 2;
     std::vector<Peak> peaks = CentrePeaks(coarse, templates.half[0].centre, looked_at,
                                           0.4 * distance, 0.5 * search.min_ncc);
     for (Peak& peak : peaks) peak = refiner.Refine(2 * peak.position, sign);
-    std::erase_if(peaks, [&](const Peak& peak) { return peak.score < search.min_ncc; });
-    return AsCandidates(
-        WithoutDoubles(std::move(peaks), distance, static_cast<size_t>(search.max_count)), seen);
+    return best_of(std::move(peaks), sign);
   };
   result.bright = refined(scores.bright, 1);
   result.dark = refined(scores.dark, -1);

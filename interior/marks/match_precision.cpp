@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace orient::interior {
@@ -143,39 +144,44 @@ LagSums SumsAtLag(const Pixels& p, Index dc, Index dr) {
 
 // The residuals' autocovariance some three pixels apart, of either sign: the largest of four
 // directions, less what independent residuals show by chance.
-class Structure {
- public:
-  void Add(Index dc, Index dr, const LagSums& sums, double variance) {
-    const bool along = (dc == 3 && dr == 0) || (dc == 0 && dr == 3);
-    const bool diagonal = std::abs(dc) == 2 && dr == 2;
-    if (!along && !diagonal) return;
-    const double by_chance = variance / std::sqrt(std::max(sums.pairs, 1.0));
-    const double seen = sums.pairs < 1 ? variance : std::abs(sums.residual / sums.pairs);
-    most_ = std::max(most_, seen - by_chance);
+double StructureOf(const Pixels& p, double variance) {
+  constexpr std::array<std::array<Index, 2>, 4> kLags = {{{3, 0}, {0, 3}, {2, 2}, {-2, 2}}};
+  double most = 0;
+  for (const auto& [dc, dr] : kLags) {
+    const Index left = std::max<Index>(0, -dc), on = std::max<Index>(0, dc);
+    const Index rows = p.mask.rows() - dr, cols = p.mask.cols() - std::abs(dc);
+    const auto here = [&](const Plane& plane) { return plane.block(0, left, rows, cols); };
+    const auto there = [&](const Plane& plane) { return plane.block(dr, on, rows, cols); };
+    const auto pairs = static_cast<double>((here(p.mask) * there(p.mask)).sum());
+    const auto products = static_cast<double>((here(p.residual) * there(p.residual)).sum());
+    const double seen = pairs < 1 ? variance : std::abs(products / pairs);
+    most = std::max(most, seen - variance / std::sqrt(std::max(pairs, 1.0)));
   }
-  double Most() const { return most_; }
+  return most;
+}
 
- private:
-  double most_ = 0;
-};
+double ResidualVariance(const Pixels& p) { return Sum(p.residual.square()) / p.count; }
+
+double WithoutGrain(const Pixels& p) {
+  return std::sqrt(p.explained / (p.explained + StructureOf(p, ResidualVariance(p))));
+}
+
+constexpr int kParameters = 4;
 
 }  // namespace
 
 std::optional<MatchPrecision> PrecisionOfMatch(const Image& image, const Image& model,
                                                const Vector2d& model_from_image) {
-  constexpr int kParameters = 4;
   Pixels pixels = Sample(image, model, model_from_image);
   if (pixels.count <= kParameters || !Regress(&pixels)) return std::nullopt;
   Matrix2d normal, spread = Matrix2d::Zero();
   const double xy = Sum(pixels.gradient_x * pixels.gradient_y);
   normal << Sum(pixels.gradient_x.square()), xy, xy, Sum(pixels.gradient_y.square());
-  Structure structure;
-  const double variance = Sum(pixels.residual.square()) / pixels.count;
+  const double variance = ResidualVariance(pixels);
   double gain_spread = 0;
   for (Index dr = 0; dr <= kFarthestLag; ++dr)
     for (Index dc = dr == 0 ? 0 : -kFarthestLag; dc <= kFarthestLag; ++dc) {
       const LagSums sums = SumsAtLag(pixels, dc, dr);
-      structure.Add(dc, dr, sums, variance);
       if (sums.pairs < 1) continue;
       const double autocovariance = sums.residual / sums.pairs;
       const double with_opposite = dc == 0 && dr == 0 ? 1 : 2;
@@ -191,13 +197,19 @@ std::optional<MatchPrecision> PrecisionOfMatch(const Image& image, const Image& 
   const Matrix2d inverse = solver.solve(Matrix2d::Identity());
   MatchPrecision precision;
   precision.covariance = inverse * spread * inverse;
-  precision.correlation_without_grain =
-      std::sqrt(pixels.explained / (pixels.explained + structure.Most()));
+  precision.correlation_without_grain = WithoutGrain(pixels);
   // The sum over few lags may be too small; the value for independent residuals is the lower limit.
   const double model_squares = Sum(pixels.model.square());
   gain_spread = degrees * std::max(gain_spread, variance * model_squares);
   precision.gain_over_sigma = pixels.gain * model_squares / std::sqrt(gain_spread);
   return precision;
+}
+
+std::optional<double> CorrelationWithoutGrain(const Image& image, const Image& model,
+                                              const Vector2d& model_from_image) {
+  Pixels pixels = Sample(image, model, model_from_image);
+  if (pixels.count <= kParameters || !Regress(&pixels)) return std::nullopt;
+  return WithoutGrain(pixels);
 }
 
 }  // namespace orient::interior

@@ -27,4 +27,15 @@ struct MatchPrecision {
 std::optional<MatchPrecision> PrecisionOfMatch(const Image& image, const Image& model,
                                                const Eigen::Vector2d& model_from_image);
 
+// Only that of it; a fraction of the time.
+std::optional<double> CorrelationWithoutGrain(const Image& image, const Image& model,
+                                              const Eigen::Vector2d& model_from_image);
+
+// The model explains all but grain: a faint mark, even at a low correlation. On simulated scans
+// right marks have 0.75 to 1 without grain; clutter, on bad real and simulated scans, mostly less
+// than 0.6 (tools/bench/interior_strokes; tests/interior/bad_scans.cpp).
+inline constexpr double kLeastWithoutGrain = 0.75;
+// The highest gain of 10^5 places and blurs in grain alone, in its sigmas.
+inline constexpr double kHighestGainOfGrain = 4.5;
+
 }  // namespace orient::interior

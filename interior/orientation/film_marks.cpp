@@ -12,6 +12,7 @@
 #include "interior/constellation/set_evidence.h"
 #include "interior/locators/lines_locator.h"
 #include "interior/locators/locator.h"
+#include "interior/marks/match_precision.h"
 #include "interior/orientation/reseau.h"
 
 namespace orient::interior {
@@ -91,16 +92,12 @@ FilmMark MeasureAt(const Raster& scan, const MeasuringPlace& place, const MarkMe
   return mark;
 }
 
-// The drawing explains all but grain, and far more than grain would by chance: a faint mark, even
-// at a low correlation. On simulated scans right marks have 0.75 to 1 without grain and sigmas up
-// to 0.25 px; clutter, on bad real and simulated scans, mostly less than 0.6, or sigmas above 0.4
-// px (tools/bench/interior_strokes; tests/interior/bad_scans.cpp).
+// A faint mark: little but grain keeps it from correlating, and its gain is far above grain's.
+// Right ones have sigmas up to 0.25 px, clutter that resembles them mostly above 0.4 px.
 bool IsFaint(const MarkPosition& mark) {
-  constexpr double kLeastWithoutGrain = 0.75, kMostSigma_px = 0.3;
-  // The highest of 10^5 places and blurs in grain alone is 4.5 sigma.
-  constexpr double kLeastGain = 7;
+  constexpr double kMostSigma_px = 0.3, kFarAbove = 2.5;
   return mark.correlation_without_grain >= kLeastWithoutGrain &&
-         mark.gain_over_sigma >= kLeastGain &&
+         mark.gain_over_sigma >= kHighestGainOfGrain + kFarAbove &&
          std::sqrt(mark.covariance.diagonal().maxCoeff()) <= kMostSigma_px;
 }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "exterior/steps/align.h"
 #include "tests/exterior/search/photo_of_noise.h"
@@ -271,6 +272,44 @@ TEST_F(FirstPoseOfTexture, IsNotSoughtAtAnotherKappaThanStated) {
   photo_.prior.pose = truth_;
   ASSERT_TRUE(Find());
   EXPECT_TRUE(Convinces(*Find()));
+}
+
+// Too few patches for keypoints, and known where they lie.
+TEST_F(FirstPoseOfTexture, IsFoundInItsSectorWhereKappaIsOpen) {
+  constexpr double kTrials = 1000;
+  for (const double off_rad : {0.3, 1.5, 3.1, -2.2}) {
+    Approximate(1, 1);
+    photo_.prior.pose.opk_rad.z() = truth_.opk_rad.z() + off_rad;
+    photo_.prior.covariance(5, 5) = std::numbers::pi * std::numbers::pi;
+    const WholePhotoSearch search = FirstPoseByKappa(Task(), kTrials);
+    EXPECT_TRUE(search.searched);
+    ASSERT_TRUE(search.track) << off_rad;
+    EXPECT_TRUE(Convinces(*search.track)) << off_rad;
+    EXPECT_GT(search.track->trials, kTrials) << "other searches count";
+    EXPECT_LT(WorstError(search.track->pose), 4) << off_rad;
+  }
+}
+
+TEST_F(FirstPoseOfTexture, IsSoughtBeyondTheKappasAllowedOnlyIfThereItWasNotFound) {
+  Approximate(1, 1);
+  photo_.prior.pose.opk_rad.z() = truth_.opk_rad.z() + 1.5;
+  photo_.prior.covariance(5, 5) = 0.25 * 0.25;
+  const WholePhotoSearch allowed = FirstPoseByKappa(Task(), 0);
+  EXPECT_TRUE(allowed.searched && allowed.complete);
+  EXPECT_FALSE(allowed.track && Convinces(*allowed.track));
+  options_.prior_failed = true;
+  const WholePhotoSearch all = FirstPoseByKappa(Task(), 0);
+  ASSERT_TRUE(all.track);
+  EXPECT_TRUE(Convinces(*all.track));
+  EXPECT_LT(WorstError(all.track->pose), 4);
+}
+
+TEST_F(FirstPoseOfTexture, AtAnyKappaOfPatchesOfAnotherPlaceIsOneThatChanceExplains) {
+  patches_ = World().Patches(Texture(77, 20), 4, 85);
+  photo_.prior.covariance(5, 5) = std::numbers::pi * std::numbers::pi;
+  const WholePhotoSearch search = FirstPoseByKappa(Task(), 0);
+  EXPECT_TRUE(search.searched);
+  EXPECT_FALSE(search.track && Convinces(*search.track));
 }
 
 TEST_F(FirstPoseOfTexture, OfPatchesOutOfSightIsNoneAndTheirNumberIsSaid) {

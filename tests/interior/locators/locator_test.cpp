@@ -149,6 +149,27 @@ TEST_F(LocatorAlone, HoughAndNccFindAFaintTurnedNegativeMark) {
   EXPECT_EQ(HitRate(LocatorKind::kNcc, trial, 2), 1.0);
 }
 
+// Strokes of a pixel, three sigma of the grain above the ground: grain alone keeps the drawing from
+// correlating, which the score allows for, and the picture's texture around the dark corner is not
+// helped by it.
+TEST_F(LocatorAlone, NccScoresAFaintThinMarkWithoutItsGrain) {
+  Trial trial{Drawn({CrossElement{1.5, 0.05, 0, 0}})};
+  trial.contrast = 36;
+  trial.noise = 12;
+  for (const bool dark : {false, true}) {
+    trial.dark = dark;
+    for (unsigned seed = 1; seed <= 4; ++seed) {
+      const Window window = Simulate(trial, seed);
+      const MarkCandidates found = Find(LocatorKind::kNcc, trial, window.image);
+      const auto& candidates = dark ? found.dark : found.bright;
+      ASSERT_GE(candidates.size(), 2u);
+      EXPECT_LT((candidates[0].pixel - window.truth).norm(), 1.5) << seed;
+      EXPECT_GT(candidates[0].ncc, 0.75) << seed;
+      EXPECT_LT(candidates[1].ncc, 0.6) << seed;
+    }
+  }
+}
+
 TEST_F(LocatorAlone, LinesFindsThinCrossesInThePicture) {
   Trial trial{Drawn(kThinCross, MarkBackground::kImage), true};
   for (const bool dark : {false, true}) {
