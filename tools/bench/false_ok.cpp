@@ -119,7 +119,7 @@ class TrialRun {
       : world_(world), trial_(trial), faults_(std::move(faults)), folder_(trial.folder) {
     fs::create_directories(folder_ + "/given");
     for (const auto& [name, path] : trial.photos)
-      fs::create_symlink(fs::absolute(path), folder_ + "/given/" + name + ".tif");
+      fs::create_symlink(fs::absolute(path), Given(name));
     WriteOrientationTable(folder_ + "/given/start.csv", trial.approximations);
   }
 
@@ -134,6 +134,7 @@ class TrialRun {
   const std::string& Commands() const { return commands_; }
 
  private:
+  std::string Given(const std::string& name) const { return folder_ + "/given/" + name + ".tif"; }
   std::vector<std::string> Interior() const {
     return {folder_ + "/given/*.tif", "--camera", trial_.camera, "--out", folder_ + "/interior"};
   }
@@ -185,10 +186,11 @@ class TrialRun {
     const ExteriorResult result = ReadExteriorResult(exterior);
     outcome.exterior = Name(result.status);
     if (!result.pose) return outcome;
-    outcome.exterior_px = PoseError(block::ReadBlockPhoto(trial_.photos.at(name), exterior, camera,
-                                                          marks, folder_ + "/interior")
-                                        .View(camera.camera),
-                                    shown);
+    // By the name it is given under, which is that of its results.
+    outcome.exterior_px =
+        PoseError(block::ReadBlockPhoto(Given(name), exterior, camera, marks, folder_ + "/interior")
+                      .View(camera.camera),
+                  shown);
     outcome.limit_px = std::max(kWrong_px, result.target_m.value_or(0) / world_.Options().gsd_m);
     outcome.false_exterior = result.status == Status::kOk &&
                              (trial_.unrelated || !(outcome.exterior_px <= outcome.limit_px));
