@@ -170,14 +170,13 @@ double SpreadOf(const PhotoTask& task, const PreciseRound& round) {
   return 12 * std::sqrt(std::max(0.0, moments.determinant())) / area;
 }
 
-// Sizes are those under the approximation: a pose that was not accepted may be far too high.
 TriedPatches ToRemedy(const PhotoTask& task, const PreciseRound& round) {
   TriedPatches tried;
   tried.visible = static_cast<int>(round.predictions.size());
-  const PhotoView view = task.View(task.photo.positions.front(), task.photo.prior.pose);
   std::vector<double> sides_px;
   for (const PatchPrediction& p : round.predictions)
-    if (const auto side_px = PatchSide(view, task.patches[p.patch])) sides_px.push_back(*side_px);
+    if (const auto side_px = PatchSide(round.view, task.patches[p.patch]))
+      sides_px.push_back(*side_px);
   if (!sides_px.empty()) tried.side_px = Median(std::move(sides_px));
   return tried;
 }
@@ -265,6 +264,8 @@ ExteriorResult FailedEarly(const PhotoTask& task, const Finding& why, const Pose
   tried.matches.resize(tried.predictions.size());
   for (PreciseMatch& match : tried.matches)
     match.why_not = {{.reason = Reason::kPatchFoundWithNoOthers}};
+  // For the advice: a pose that chance explains may be far too high.
+  tried.view = task.View(task.photo.positions.front(), prior.pose);
   return Failed(task, why, tried, track != nullptr ? track->rounds : std::vector<LoopRound>());
 }
 

@@ -9,6 +9,8 @@
 #include <iterator>
 #include <limits>
 #include <numbers>
+#include <set>
+#include <tuple>
 
 #include "core/base/median.h"
 #include "core/base/side_by_side.h"
@@ -128,7 +130,7 @@ SearchPlan Plan(const PhotoTask& task, const FilmPosition& position, const PoseP
 // anything. So a few patches all over the photo are searched for first, and more only until they
 // agree on a pose that chance does not explain; it then shows where the others are.
 constexpr int kFirstPatches = 12;
-constexpr std::size_t kFewBatches = 3;
+constexpr std::size_t kFewBatches = 3, kAllBatches = std::numeric_limits<std::size_t>::max();
 
 // The predictions in batches; the first batches, taken together, are spread over the photo.
 std::vector<std::vector<PatchPrediction>> Batches(const PhotoTask& task,
@@ -158,25 +160,30 @@ class FirstSearch {
               int finer)
       : task_(task), position_(position), prior_(prior), view_(task.View(position, prior.pose)) {
     const SearchPlan plan = Plan(task, position, prior);
+    patches_ = plan.predictions.size();
+    window_pixels_ = plan.WindowPixels(task, plan.coarsest);
     reduction_ = plan.coarsest / finer;
     if (reduction_ == 0 || plan.WindowPixels(task, reduction_) > kMaxWindowPixels) return;
     radius_px_ = plan.radius_px;
     batches_ = Batches(task, plan.predictions);
   }
 
+  std::size_t PatchCount() const { return patches_; }
+  // Of the largest window, at the coarsest resolution.
+  double WindowPixels() const { return window_pixels_; }
   std::size_t BatchCount() const { return batches_.size(); }
   bool Done() const { return done_ == batches_.size(); }
+  std::size_t BatchesDone() const { return done_; }
 
   // Seeks the next batch of patches; returns the pose that they and those before agree on, if any.
-  // `samples_of_all`: drawn where it is the last one, shared among the film positions.
-  std::optional<PoseTrack> Next(double trials, int samples_of_all, SearchBudget* budget) {
+  // The last batch is the last chance: up to `last_samples` are drawn.
+  std::optional<PoseTrack> Next(double trials, int last_samples, SearchBudget* budget) {
     std::vector<VotingPatch> sought = Seek(task_, view_, batches_[done_++], reduction_, reduction_);
     budget->Spend(sought, reduction_);
     voting_.insert(voting_.end(), std::make_move_iterator(sought.begin()),
                    std::make_move_iterator(sought.end()));
     const int least = ConsensusOptions().samples;
-    const int of_all = samples_of_all / static_cast<int>(task_.photo.positions.size());
-    const int samples = Done() && batches_.size() > 1 ? std::max(of_all, least) : least;
+    const int samples = Done() && batches_.size() > 1 ? std::max(last_samples, least) : least;
     const auto consensus = Vote(view_, prior_, voting_, reduction_, trials, samples);
     if (!consensus) return std::nullopt;
     const LoopRound round{static_cast<int>(voting_.size()),
@@ -194,8 +201,10 @@ class FirstSearch {
  private:
   const PhotoTask& task_;
   const FilmPosition& position_;
-  const PosePrior& prior_;
+  PosePrior prior_;
   PhotoView view_;
+  std::size_t patches_ = 0;
+  double window_pixels_ = 0;
   int reduction_ = 0;
   double radius_px_ = 0;
   std::vector<std::vector<PatchPrediction>> batches_;
@@ -203,31 +212,38 @@ class FirstSearch {
   std::vector<VotingPatch> voting_;
 };
 
-// How a first pose is searched for.
-struct FirstWay {
-  const PosePrior& prior;
-  int finer = 1;  // than the coarsest resolution, a factor
-  std::size_t most_batches = std::numeric_limits<std::size_t>::max();
-  int samples_of_all = kSamplesOfAll;
-};
+// Whether every window is of moderate size.
+bool IsEasy(const FirstSearch& search) {
+  constexpr double kMostPixels = 1.5e6;
+  return search.WindowPixels() <= kMostPixels;
+}
 
-// Each batch is tried in all film positions before the next one: the wrong ones never succeed.
-// `ways`: number of such searches. `best`: the best of the poses that chance explains. Nothing more
-// is tried once the budget is spent.
-std::optional<PoseTrack> SearchFrom(const PhotoTask& task, const FirstWay& way, std::size_t ways,
-                                    SearchBudget* budget, std::optional<PoseTrack>* best) {
+// From one prior, in all film positions; `finer` than the coarsest resolution by this factor.
+std::vector<FirstSearch> SearchesFrom(const PhotoTask& task, const PosePrior& prior, int finer) {
   std::vector<FirstSearch> searches;
-  std::size_t batches = 0;
-  for (const FilmPosition& position : task.photo.positions) {
-    searches.emplace_back(task, position, way.prior, way.finer);
-    batches = std::max(batches, searches.back().BatchCount());
-  }
-  const auto trials = static_cast<double>(ways * searches.size() * batches);
-  for (std::size_t batch = 0; batch < std::min(batches, way.most_batches); ++batch) {
+  for (const FilmPosition& position : task.photo.positions)
+    searches.emplace_back(task, position, prior, finer);
+  return searches;
+}
+
+std::size_t MostBatches(const std::vector<FirstSearch>& searches) {
+  std::size_t most = 0;
+  for (const FirstSearch& search : searches) most = std::max(most, search.BatchCount());
+  return most;
+}
+
+// Each batch is tried in all searches before the next one: the wrong ones never succeed. `best`:
+// the best of the poses that chance explains. Nothing more is tried once the budget is spent.
+std::optional<PoseTrack> InBatches(const PhotoTask& task, double trials, std::size_t most_batches,
+                                   std::vector<FirstSearch>* searches, SearchBudget* budget,
+                                   std::optional<PoseTrack>* best) {
+  const std::size_t batches = MostBatches(*searches);
+  const int samples = kSamplesOfAll / static_cast<int>(std::max<std::size_t>(searches->size(), 1));
+  for (std::size_t batch = 0; batch < std::min(batches, most_batches); ++batch) {
     std::optional<PoseTrack> found;
-    for (FirstSearch& search : searches) {
+    for (FirstSearch& search : *searches) {
       if (search.Done() || budget->Spent()) continue;
-      const auto track = search.Next(trials, way.samples_of_all, budget);
+      const auto track = search.Next(trials, samples, budget);
       if (!track) continue;
       if (search.Done()) KeepBetter(track, best);
       if (track->log10_false_alarms < task.options.max_log10_false_alarms)
@@ -246,65 +262,87 @@ std::optional<PoseTrack> FirstPose(const PhotoTask& task) {
   const PosePrior& prior = task.photo.prior;
   const PosePrior doubtful = Doubtful(prior, task.patches.front().ground_m.z());
   // Finer or wider, a patch costs four times as much; if a few batches fail, keypoints are next.
-  const std::array ways = {FirstWay{prior}, FirstWay{prior, 2, kFewBatches},
-                           FirstWay{doubtful, 1, kFewBatches}};
+  const std::array ways = {std::tuple(&prior, 1, kAllBatches), std::tuple(&prior, 2, kFewBatches),
+                           std::tuple(&doubtful, 1, kFewBatches)};
   std::optional<PoseTrack> best;
   SearchBudget budget(kMaxSearchedPixels);
-  for (const FirstWay& way : ways)
-    if (auto found = SearchFrom(task, way, ways.size(), &budget, &best)) return found;
+  for (const auto& [assumed, finer, most_batches] : ways) {
+    auto searches = SearchesFrom(task, *assumed, finer);
+    const auto trials = static_cast<double>(ways.size() * searches.size() * MostBatches(searches));
+    if (auto found = InBatches(task, trials, most_batches, &searches, &budget, &best)) return found;
+  }
   return best;
+}
+
+std::optional<PoseTrack> EasyFirstPose(const PhotoTask& task) {
+  constexpr std::size_t kBatches = 2;
+  auto searches = SearchesFrom(task, task.photo.prior, 1);
+  if (!std::all_of(searches.begin(), searches.end(), IsEasy)) return std::nullopt;
+  const auto trials = static_cast<double>(searches.size() * MostBatches(searches));
+  SearchBudget budget(kMaxSearchedPixels);
+  std::optional<PoseTrack> unproven;
+  return InBatches(task, trials, kBatches, &searches, &budget, &unproven);
 }
 
 namespace {
 
-// Whether every window, at the coarsest resolution, is of moderate size.
-bool IsEasy(const PhotoTask& task, const PosePrior& prior) {
-  constexpr double kMostPixels = 1.5e6;
-  return std::all_of(task.photo.positions.begin(), task.photo.positions.end(),
-                     [&](const FilmPosition& position) {
-                       const SearchPlan plan = Plan(task, position, prior);
-                       return plan.WindowPixels(task, plan.coarsest) <= kMostPixels;
-                     });
+constexpr int kSectors = 16;
+constexpr double kSector_rad = 2 * std::numbers::pi / kSectors;
+constexpr std::size_t kFewestSought = 4;  // patches: any three agree on a pose
+
+// With kappa anywhere in a sector, or as precise as is stated.
+PosePrior InSector(const PhotoTask& task, int sector) {
+  PosePrior prior = task.photo.prior;
+  const double stated =
+      task.options.prior_failed ? std::numeric_limits<double>::infinity() : prior.covariance(5, 5);
+  prior.pose.opk_rad.z() += sector * kSector_rad;
+  prior.covariance.row(5).setZero();
+  prior.covariance.col(5).setZero();
+  prior.covariance(5, 5) = std::min(stated, kSector_rad * kSector_rad / 12);
+  return prior;
+}
+
+// Film rotated by a quarter turn with kappa rotated back looks the same.
+Look LookOf(const FilmPosition& position, double kappa_rad) {
+  const Eigen::Matrix2d shape =
+      Eigen::Rotation2Dd(kappa_rad).toRotationMatrix() * position.photo_from_pixel.A;
+  const double unit = 0.01 * std::sqrt(std::abs(shape.determinant()));
+  return {std::lround(shape(0, 0) / unit), std::lround(shape(0, 1) / unit),
+          std::lround(shape(1, 0) / unit), std::lround(shape(1, 1) / unit)};
 }
 
 }  // namespace
 
-std::optional<PoseTrack> EasyFirstPose(const PhotoTask& task) {
-  constexpr int kBatches = 2;
-  if (!IsEasy(task, task.photo.prior)) return std::nullopt;
-  SearchBudget budget(kMaxSearchedPixels);
-  std::optional<PoseTrack> unproven;
-  return SearchFrom(task, {task.photo.prior, 1, kBatches}, 1, &budget, &unproven);
+double KappaTrials(const PhotoTask& task) {
+  return static_cast<double>(kSectors * task.photo.positions.size() * kFewBatches);
 }
 
 WholePhotoSearch FirstPoseByKappa(const PhotoTask& task, double trials) {
-  constexpr int kSectors = 16;
-  constexpr double kSector_rad = 2 * std::numbers::pi / kSectors;
-  constexpr double kMostSearched = 5e7;  // pixels: some 3 s of processor time
-  const Matrix6d& stated = task.photo.prior.covariance;
-  const double allowed_rad = task.options.prior_failed
-                                 ? std::numbers::pi
-                                 : kWindowSigmas * std::sqrt(stated(5, 5)) + kSector_rad / 2;
+  constexpr double kMostSearched = 1e8;  // pixels: some 3 s of processor time
+  const double stated_rad = std::sqrt(task.photo.prior.covariance(5, 5));
+  const double allowed_rad =
+      task.options.prior_failed ? std::numbers::pi : kWindowSigmas * stated_rad + kSector_rad / 2;
   WholePhotoSearch search;
-  SearchBudget budget(kMostSearched);
+  std::set<Look> looks;
+  std::vector<FirstSearch> searches;
   for (int k = 0; k < kSectors && std::abs(Outwards(k)) * kSector_rad <= allowed_rad; ++k) {
-    PosePrior prior = task.photo.prior;
-    prior.pose.opk_rad.z() += Outwards(k) * kSector_rad;
-    prior.covariance.row(5).setZero();
-    prior.covariance.col(5).setZero();
-    prior.covariance(5, 5) = kSector_rad * kSector_rad / 12;  // anywhere in the sector
-    if (!IsEasy(task, prior)) continue;
-    search.searched = true;
-    FirstWay way{prior};
-    way.samples_of_all = ConsensusOptions().samples;
-    const auto ways = kSectors + static_cast<std::size_t>(trials);
-    if (auto found = SearchFrom(task, way, ways, &budget, &search.track)) {
-      search.track = std::move(found);
-      return search;
+    const PosePrior prior = InSector(task, Outwards(k));
+    for (const FilmPosition& position : task.photo.positions) {
+      if (!looks.insert(LookOf(position, prior.pose.opk_rad.z())).second) continue;
+      FirstSearch one(task, position, prior, 1);
+      if (one.PatchCount() < kFewestSought) continue;
+      if (IsEasy(one))
+        searches.push_back(std::move(one));
+      else
+        search.complete = false;
     }
-    search.complete = !budget.Spent();
-    if (!search.complete) break;
   }
+  search.searched = !searches.empty();
+  SearchBudget budget(kMostSearched);
+  auto found = InBatches(task, trials, kFewBatches, &searches, &budget, &search.track);
+  if (found) search.track = std::move(found);
+  for (const FirstSearch& one : searches)
+    search.complete &= one.BatchesDone() >= std::min(one.BatchCount(), kFewBatches);
   return search;
 }
 

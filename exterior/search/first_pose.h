@@ -19,11 +19,12 @@ std::optional<PoseTrack> FirstPose(const PhotoTask& task);
 // windows of moderate size are enough to show what chance does not explain; empty otherwise.
 std::optional<PoseTrack> EasyFirstPose(const PhotoTask& task);
 
-// The same where kappa is open and the position is not: in sectors of kappa, outwards from the
-// approximate one, with windows of moderate size. Every kappa if the search within the stated
-// accuracy has failed before, else those that the accuracy allows. `trials`: in how many other ways
-// a first pose was searched for.
+// Where kappa is open and the position is not: first poses in sectors of kappa, with windows of
+// moderate size, a few patches in all sectors before more. Every kappa if the search within the
+// stated accuracy has failed before, else those that the accuracy allows. `trials`: in how many
+// ways a first pose is searched for, these (KappaTrials at most) and others together.
 WholePhotoSearch FirstPoseByKappa(const PhotoTask& task, double trials);
+double KappaTrials(const PhotoTask& task);
 
 // What is wrong with the approximation or the patches, where there is no first pose.
 Finding WhyNoFirstPose(const PhotoTask& task);

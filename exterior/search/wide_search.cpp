@@ -216,8 +216,10 @@ std::optional<PoseTrack> WideSearch::TryAgain(const Hypothesis& hypothesis,
 WholePhotoSearch SearchAtEveryKappa(const PhotoTask& task) {
   const double ground_m = MedianGroundHeight(task.patches);
   if (!(task.photo.prior.pose.position_m.z() > ground_m)) return {};
-  WideSearch places(task, Widened(task.photo.prior, ground_m), ground_m,
-                    KeypointTrials(task) + AttitudeTrials(task, ground_m));
+  const bool known = IsPositionKnown(task.photo.prior, ground_m);
+  WideSearch places(
+      task, Widened(task.photo.prior, ground_m), ground_m,
+      KeypointTrials(task) + AttitudeTrials(task, ground_m) + (known ? KappaTrials(task) : 0));
   WholePhotoSearch search = SearchByKeypoints(task, ground_m, places.Trials());
   if (Convinces(search.track, task.options)) return search;
   WholePhotoSearch turned = SearchAttitudes(task, ground_m, places.Trials());
@@ -225,7 +227,6 @@ WholePhotoSearch SearchAtEveryKappa(const PhotoTask& task) {
   search.Add(std::move(turned));
   if (Convinces(search.track, task.options)) return search;
   // If the position is truly known, single patches show more than tiles of their mosaic.
-  const bool known = IsPositionKnown(task.photo.prior, ground_m);
   if (!by_patches || !known || task.options.prior_failed) search.Add(places.Run());
   // Fewer patches than all of these need show a pose where each has a window of its own.
   if (known && !Convinces(search.track, task.options))

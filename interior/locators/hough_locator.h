@@ -19,7 +19,7 @@ class HoughLocator : public Locator {
                       const MarkSearch& search) const override;
 
  private:
-  TemplateSearch search_;
+  TemplateSearch search_{false};
 };
 
 // 1 on the strokes' middle lines, 0 on the neighbourhood, NaN elsewhere; middle lines and

@@ -12,7 +12,7 @@ class NccLocator : public Locator {
                       const MarkSearch& search) const override;
 
  private:
-  TemplateSearch search_;
+  TemplateSearch search_{true};
 };
 
 }  // namespace orient::interior

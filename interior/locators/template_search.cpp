@@ -155,6 +155,8 @@ class Refiner {
 // the grain leaves it. `places` are centres of marks in the image, `sign` +1 for bright ones.
 void ScoreWithoutGrain(const Image& image, const MarkTemplate& drawn, double sign,
                        std::vector<Peak>* places) {
+  // Grain in a window of 15 mm reaches it once in ten.
+  constexpr double kLeastGain = kHighestGainOfGrain + 0.5;
   Image model = drawn.values;
   for (float& value : model.values)
     if (!std::isfinite(value)) value = 0;
@@ -168,7 +170,7 @@ void ScoreWithoutGrain(const Image& image, const MarkTemplate& drawn, double sig
     const auto without = CorrelationWithoutGrain(seen, model, Vector2d::Zero());
     if (!without || *without < std::max(kLeastWithoutGrain, place.score)) continue;
     const auto match = PrecisionOfMatch(seen, model, Vector2d::Zero());
-    if (match && sign * match->gain_over_sigma > kHighestGainOfGrain) place.score = *without;
+    if (match && sign * match->gain_over_sigma > kLeastGain) place.score = *without;
   }
 }
 
@@ -244,11 +246,12 @@ MarkCandidates TemplateSearch::Find(ScanWindows& scan, const MarkShape& shape,
 
   // A clear mark has side maxima where ring and arms overlap themselves: no separate marks.
   const double distance = 1.2 * MarkRadius(shape) / result.coarse_pixel_mm;
-  const bool grainy = !shape.picture && templates.reduction < kHardlyReduced;
+  const bool grainy = drawn_ && !shape.picture && templates.reduction < kHardlyReduced;
   // More places than asked for, as their order may change, and those that grain keeps below.
   const int looked_at = search.max_count + search.max_count / 2;
   const double least = (grainy ? 0.6 : 1) * search.min_ncc;
   const auto best_of = [&](std::vector<Peak> places, double sign) {
+    std::erase_if(places, [&](const Peak& place) { return place.score < least; });
     if (grainy) ScoreWithoutGrain(flat, turns[turns.size() / 2], sign, &places);
     std::erase_if(places, [&](const Peak& place) { return place.score < search.min_ncc; });
     return AsCandidates(

@@ -20,6 +20,10 @@ using TemplateMaker = std::function<MarkTemplate(const Eigen::Matrix2d& pixel_fr
 // correlated everywhere, the best places of either polarity are looked at again with all turns.
 class TemplateSearch {
  public:
+  // `drawn`: templates show the mark as a scan does, so that a faint one can be scored without
+  // grain.
+  explicit TemplateSearch(bool drawn) : drawn_(drawn) {}
+
   MarkCandidates Find(ScanWindows& scan, const MarkShape& shape, const MarkSearch& search,
                       const TemplateMaker& make) const;
 
@@ -36,6 +40,7 @@ class TemplateSearch {
   const Templates& TemplatesFor(const MarkShape& shape, const MarkSearch& search,
                                 const TemplateMaker& make) const;
 
+  bool drawn_;
   // A camera's marks mostly share one drawing: it is rendered once.
   mutable std::mutex mutex_;
   mutable std::map<Key, Templates> made_;

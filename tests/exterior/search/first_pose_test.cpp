@@ -274,7 +274,6 @@ TEST_F(FirstPoseOfTexture, IsNotSoughtAtAnotherKappaThanStated) {
   EXPECT_TRUE(Convinces(*Find()));
 }
 
-// Too few patches for keypoints, and known where they lie.
 TEST_F(FirstPoseOfTexture, IsFoundInItsSectorWhereKappaIsOpen) {
   constexpr double kTrials = 1000;
   for (const double off_rad : {0.3, 1.5, 3.1, -2.2}) {
@@ -285,7 +284,7 @@ TEST_F(FirstPoseOfTexture, IsFoundInItsSectorWhereKappaIsOpen) {
     EXPECT_TRUE(search.searched);
     ASSERT_TRUE(search.track) << off_rad;
     EXPECT_TRUE(Convinces(*search.track)) << off_rad;
-    EXPECT_GT(search.track->trials, kTrials) << "other searches count";
+    EXPECT_EQ(search.track->trials, kTrials) << "all searches count";
     EXPECT_LT(WorstError(search.track->pose), 4) << off_rad;
   }
 }
@@ -294,20 +293,45 @@ TEST_F(FirstPoseOfTexture, IsSoughtBeyondTheKappasAllowedOnlyIfThereItWasNotFoun
   Approximate(1, 1);
   photo_.prior.pose.opk_rad.z() = truth_.opk_rad.z() + 1.5;
   photo_.prior.covariance(5, 5) = 0.25 * 0.25;
-  const WholePhotoSearch allowed = FirstPoseByKappa(Task(), 0);
+  const WholePhotoSearch allowed = FirstPoseByKappa(Task(), KappaTrials(Task()));
   EXPECT_TRUE(allowed.searched && allowed.complete);
   EXPECT_FALSE(allowed.track && Convinces(*allowed.track));
   options_.prior_failed = true;
-  const WholePhotoSearch all = FirstPoseByKappa(Task(), 0);
+  const WholePhotoSearch all = FirstPoseByKappa(Task(), KappaTrials(Task()));
   ASSERT_TRUE(all.track);
   EXPECT_TRUE(Convinces(*all.track));
   EXPECT_LT(WorstError(all.track->pose), 4);
 }
 
+TEST_F(FirstPoseOfTexture, AtAnyKappaIsNotSoughtWithThreePatches) {
+  photo_.prior.pose = truth_;
+  photo_.prior.covariance(5, 5) = std::numbers::pi * std::numbers::pi;
+  KeepVisible(3);
+  EXPECT_FALSE(FirstPoseByKappa(Task(), KappaTrials(Task())).searched);
+}
+
+// Film turned by half a turn with kappa turned back is the same image: nothing is sought twice.
+TEST_F(FirstPoseOfTexture, AtAnyKappaIsSoughtOnceWhereFilmPositionsLookTheSame) {
+  Approximate(1, 1);
+  photo_.prior.pose.opk_rad.z() = truth_.opk_rad.z() + 3.1;
+  photo_.prior.covariance(5, 5) = std::numbers::pi * std::numbers::pi;
+  FilmPosition turned = photo_.positions.front();
+  turned.photo_from_pixel = UpsideDown(turned.photo_from_pixel);
+  photo_.positions.push_back(turned);
+  const WholePhotoSearch search = FirstPoseByKappa(Task(), KappaTrials(Task()));
+  ASSERT_TRUE(search.track);
+  EXPECT_TRUE(Convinces(*search.track));
+  const PhotoView found = Task().View(search.track->position, search.track->pose);
+  for (const patchdb::Patch& patch : patches_)
+    if (const auto expected = World().View().PixelFromGround(patch.ground_m)) {
+      EXPECT_LT((found.PixelFromGround(patch.ground_m).value() - *expected).norm(), 4);
+    }
+}
+
 TEST_F(FirstPoseOfTexture, AtAnyKappaOfPatchesOfAnotherPlaceIsOneThatChanceExplains) {
   patches_ = World().Patches(Texture(77, 20), 4, 85);
   photo_.prior.covariance(5, 5) = std::numbers::pi * std::numbers::pi;
-  const WholePhotoSearch search = FirstPoseByKappa(Task(), 0);
+  const WholePhotoSearch search = FirstPoseByKappa(Task(), KappaTrials(Task()));
   EXPECT_TRUE(search.searched);
   EXPECT_FALSE(search.track && Convinces(*search.track));
 }

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "exterior/search/attitude_search.h"
+#include "exterior/search/first_pose.h"
 #include "exterior/search/keypoint_search.h"
 #include "exterior/search/whole_photo_search.h"
 #include "tests/support/textured_photo.h"
@@ -59,7 +60,7 @@ TEST_F(SearchedWidely, APhotoWhosePositionIsKnownIsFoundByItsKeypointsAndAllSear
   ASSERT_TRUE(track);
   EXPECT_LT(track->log10_false_alarms, options_.max_log10_false_alarms);
   EXPECT_LT(WorstError(track->pose), 5);
-  EXPECT_EQ(track->trials, AllTrials());
+  EXPECT_EQ(track->trials, AllTrials() + KappaTrials(Task()));
   const auto by_keypoints =
       SearchByKeypoints(Task(), MedianGroundHeight(patches_), track->trials).track;
   ASSERT_TRUE(by_keypoints);
