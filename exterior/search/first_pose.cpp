@@ -286,21 +286,7 @@ std::optional<PoseTrack> EasyFirstPose(const PhotoTask& task) {
 
 namespace {
 
-constexpr int kSectors = 16;
-constexpr double kSector_rad = 2 * std::numbers::pi / kSectors;
 constexpr std::size_t kFewestSought = 4;  // patches: any three agree on a pose
-
-// With kappa anywhere in a sector, or as precise as is stated.
-PosePrior InSector(const PhotoTask& task, int sector) {
-  PosePrior prior = task.photo.prior;
-  const double stated =
-      task.options.prior_failed ? std::numeric_limits<double>::infinity() : prior.covariance(5, 5);
-  prior.pose.opk_rad.z() += sector * kSector_rad;
-  prior.covariance.row(5).setZero();
-  prior.covariance.col(5).setZero();
-  prior.covariance(5, 5) = std::min(stated, kSector_rad * kSector_rad / 12);
-  return prior;
-}
 
 // Film rotated by a quarter turn with kappa rotated back looks the same.
 Look LookOf(const FilmPosition& position, double kappa_rad) {
@@ -314,19 +300,15 @@ Look LookOf(const FilmPosition& position, double kappa_rad) {
 }  // namespace
 
 double KappaTrials(const PhotoTask& task) {
-  return static_cast<double>(kSectors * task.photo.positions.size() * kFewBatches);
+  return static_cast<double>(kKappaSectors * task.photo.positions.size() * kFewBatches);
 }
 
 WholePhotoSearch FirstPoseByKappa(const PhotoTask& task, double trials) {
   constexpr double kMostSearched = 1e8;  // pixels: some 3 s of processor time
-  const double stated_rad = std::sqrt(task.photo.prior.covariance(5, 5));
-  const double allowed_rad =
-      task.options.prior_failed ? std::numbers::pi : kWindowSigmas * stated_rad + kSector_rad / 2;
   WholePhotoSearch search;
   std::set<Look> looks;
   std::vector<FirstSearch> searches;
-  for (int k = 0; k < kSectors && std::abs(Outwards(k)) * kSector_rad <= allowed_rad; ++k) {
-    const PosePrior prior = InSector(task, Outwards(k));
+  for (const PosePrior& prior : KappaSectors(task.photo.prior, task.options.prior_failed))
     for (const FilmPosition& position : task.photo.positions) {
       if (!looks.insert(LookOf(position, prior.pose.opk_rad.z())).second) continue;
       FirstSearch one(task, position, prior, 1);
@@ -336,7 +318,6 @@ WholePhotoSearch FirstPoseByKappa(const PhotoTask& task, double trials) {
       else
         search.complete = false;
     }
-  }
   search.searched = !searches.empty();
   SearchBudget budget(kMostSearched);
   auto found = InBatches(task, trials, kFewBatches, &searches, &budget, &search.track);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "exterior/search/whole_photo_search.h"
+
 namespace orient::exterior {
 
 bool IsVague(const Camera& camera, const PosePrior& prior, double ground_height_m) {
@@ -55,6 +57,25 @@ std::vector<double> HeightFactors(const PosePrior& prior, double ground_height_m
     factors.push_back(std::pow(kHeightStep, -i));
   }
   return factors;
+}
+
+std::vector<PosePrior> KappaSectors(const PosePrior& prior, bool all) {
+  constexpr double kSector_rad = 2 * std::numbers::pi / kKappaSectors;
+  const double variance = prior.covariance(5, 5);
+  const double allowed_rad = all ? std::numbers::pi : 3 * std::sqrt(variance) + kSector_rad / 2;
+  std::vector<PosePrior> sectors;
+  for (int k = 0; k < kKappaSectors; ++k) {
+    const double off_rad = Outwards(k) * kSector_rad;
+    if (std::abs(off_rad) > allowed_rad) break;
+    PosePrior sector = prior;
+    sector.pose.opk_rad.z() += off_rad;
+    sector.covariance.row(5).setZero();
+    sector.covariance.col(5).setZero();
+    const double anywhere = kSector_rad * kSector_rad / 12;
+    sector.covariance(5, 5) = all ? anywhere : std::min(variance, anywhere);
+    sectors.push_back(sector);
+  }
+  return sectors;
 }
 
 }  // namespace orient::exterior

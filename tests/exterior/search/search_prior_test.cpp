@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 namespace orient::exterior {
 namespace {
@@ -131,6 +133,33 @@ TEST(HeightFactors, GoOutwardsAsFarAsTheHeightIsUncertainButOneStepAtLeast) {
   ASSERT_EQ(factors.size(), 9u);
   EXPECT_NEAR(factors[7], 2.0736, 1e-12);
   EXPECT_NEAR(factors[8] * factors[7], 1, 1e-12);
+}
+
+TEST(KappaSectors, AreAllWhereKappaIsOpenAndTheOwnOneComesFirst) {
+  const auto sectors = KappaSectors(PriorOf(10, 0.01, 180 * kDegree), false);
+  ASSERT_EQ(std::ssize(sectors), kKappaSectors);
+  EXPECT_EQ(sectors[0].pose.opk_rad.z(), 0);
+  std::vector<double> kappas;
+  for (const PosePrior& sector : sectors) {
+    kappas.push_back(sector.pose.opk_rad.z());
+    EXPECT_NEAR(std::sqrt(sector.covariance(5, 5)), 22.5 * kDegree / std::sqrt(12), 1e-12);
+  }
+  std::sort(kappas.begin(), kappas.end());
+  for (std::size_t i = 1; i < kappas.size(); ++i)
+    EXPECT_NEAR(kappas[i] - kappas[i - 1], 22.5 * kDegree, 1e-12);
+}
+
+TEST(KappaSectors, AreThoseWithinThreeSigmaUnlessAllAreWanted) {
+  const PosePrior prior = PriorOf(10, 0.01, 14 * kDegree);  // 42 degrees reach into the second
+  EXPECT_EQ(KappaSectors(prior, false).size(), 5u);
+  EXPECT_EQ(std::ssize(KappaSectors(prior, true)), kKappaSectors);
+  EXPECT_EQ(KappaSectors(PriorOf(10, 0.01, 1 * kDegree), false).size(), 1u);
+}
+
+TEST(KappaSectors, AreNoLessPreciseThanKappaIsUnlessThatHasFailed) {
+  const PosePrior prior = PriorOf(10, 0.2, 1 * kDegree);
+  EXPECT_EQ(KappaSectors(prior, false)[0].covariance(5, 5), prior.covariance(5, 5));
+  EXPECT_GT(KappaSectors(prior, true)[0].covariance(5, 5), prior.covariance(5, 5));
 }
 
 }  // namespace
