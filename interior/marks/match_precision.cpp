@@ -147,7 +147,8 @@ LagSums SumsAtLag(const Pixels& p, Index dc, Index dr) {
 double StructureOf(const Pixels& p, double variance) {
   constexpr std::array<std::array<Index, 2>, 4> kLags = {{{3, 0}, {0, 3}, {2, 2}, {-2, 2}}};
   double most = 0;
-  for (const auto& [dc, dr] : kLags) {
+  for (const auto& lag : kLags) {
+    const Index dc = lag[0], dr = lag[1];
     const Index left = std::max<Index>(0, -dc), on = std::max<Index>(0, dc);
     const Index rows = p.mask.rows() - dr, cols = p.mask.cols() - std::abs(dc);
     const auto here = [&](const Plane& plane) { return plane.block(0, left, rows, cols); };
