@@ -26,24 +26,22 @@ std::optional<Eigen::Vector2d> PhotoFromGround(const Camera& camera, const Pose&
 
 std::optional<ProjectionDerivatives> PosedCamera::PhotoFromGroundWithDerivatives(
     const Eigen::Vector3d& ground_m) const {
-  const Camera& camera = camera_;
-  const Eigen::Vector3d offset = ground_m - position_m_;
-  const Eigen::Vector3d d = photo_from_ground_ * offset;
+  const Eigen::Vector3d d = photo_from_ground_ * (ground_m - position_m_);
   if (!(d.z() < 0)) return std::nullopt;
-  const double c = camera.principal_distance_mm;
+  const double c = camera_.principal_distance_mm;
   const Eigen::Vector2d slope = -d.head<2>() / d.z();
   const Eigen::Vector2d ideal = c * slope;
-  if (!InsideFold(camera.lens, ideal)) return std::nullopt;
+  if (!InsideFold(camera_.lens, ideal)) return std::nullopt;
 
   const Eigen::Matrix2d measured_by_ideal =
-      Eigen::Matrix2d::Identity() + DistortionJacobian(camera.lens, ideal);
+      Eigen::Matrix2d::Identity() + DistortionJacobian(camera_.lens, ideal);
   Eigen::Matrix<double, 2, 3> ideal_by_d;
   ideal_by_d << -c / d.z(), 0, -ideal.x() / d.z(),  //
       0, -c / d.z(), -ideal.y() / d.z();
   const Eigen::Matrix<double, 2, 3> by_d = measured_by_ideal * ideal_by_d;
 
   ProjectionDerivatives result;
-  result.photo_mm = camera.principal_point_mm + DistortPoint(camera.lens, ideal);
+  result.photo_mm = camera_.principal_point_mm + DistortPoint(camera_.lens, ideal);
   result.by_ground = by_d * photo_from_ground_;
   result.by_pose.leftCols<3>() = -result.by_ground;
   // A small rotation of the camera about an axis changes d by d x axis. Omega's is the ground's x,

@@ -140,15 +140,9 @@ PhotoView AttitudeSearch::ViewOf(const Way& way) const {
   return view;
 }
 
-// Matrix elements in hundredths; larger if the camera is lower.
 Look AttitudeSearch::LookOf(const Way& way) const {
-  const PhotoView view = ViewOf(way);
-  const double size = (wide_.pose.position_m.z() - ground_m_) / way.height_m;
-  const Eigen::Matrix2d shape = Eigen::Rotation2Dd(way.kappa_rad).toRotationMatrix() *
-                                way.position->photo_from_pixel.A * (size / view.PixelSize());
-  Look look{};
-  for (int i = 0; i < 4; ++i) look[static_cast<std::size_t>(i)] = std::lround(100 * shape(i));
-  return look;
+  const double size = (wide_.pose.position_m.z() - ground_m_) / way.height_m;  // lower: larger
+  return exterior::LookOf(*way.position, way.kappa_rad, size);
 }
 
 const std::vector<VotingPatch>& AttitudeSearch::Sought(const Way& way, const PhotoView& view) {

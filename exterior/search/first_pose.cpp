@@ -288,15 +288,6 @@ namespace {
 
 constexpr std::size_t kFewestSought = 4;  // patches: any three agree on a pose
 
-// Film rotated by a quarter turn with kappa rotated back looks the same.
-Look LookOf(const FilmPosition& position, double kappa_rad) {
-  const Eigen::Matrix2d shape =
-      Eigen::Rotation2Dd(kappa_rad).toRotationMatrix() * position.photo_from_pixel.A;
-  const double unit = 0.01 * std::sqrt(std::abs(shape.determinant()));
-  return {std::lround(shape(0, 0) / unit), std::lround(shape(0, 1) / unit),
-          std::lround(shape(1, 0) / unit), std::lround(shape(1, 1) / unit)};
-}
-
 }  // namespace
 
 double KappaTrials(const PhotoTask& task) {

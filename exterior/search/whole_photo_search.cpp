@@ -1,5 +1,6 @@
 #include "exterior/search/whole_photo_search.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -36,6 +37,15 @@ PoseTrack FollowUp(const WaysToTry& ways, Try from) {
 }
 
 }  // namespace
+
+Look LookOf(const FilmPosition& position, double kappa_rad, double size) {
+  const Eigen::Matrix2d& A = position.photo_from_pixel.A;
+  const Eigen::Matrix2d shape = Eigen::Rotation2Dd(kappa_rad).toRotationMatrix() * A *
+                                (size / std::sqrt(std::abs(A.determinant())));
+  Look look{};
+  for (int i = 0; i < 4; ++i) look[static_cast<std::size_t>(i)] = std::lround(100 * shape(i));
+  return look;
+}
 
 double MedianGroundHeight(const std::vector<patchdb::Patch>& patches) {
   std::vector<double> heights;

@@ -27,6 +27,10 @@ double MedianGroundHeight(const std::vector<patchdb::Patch>& patches);
 // back looks the same.
 using Look = std::array<long, 4>;
 
+// Under a camera that looks down. `size`: by how much larger the image is than from the approximate
+// height. In hundredths.
+Look LookOf(const FilmPosition& position, double kappa_rad, double size = 1);
+
 // Whether `a` is less likely to be due to chance.
 inline bool IsBetter(const PoseTrack& a, const PoseTrack& b) {
   return a.log10_false_alarms < b.log10_false_alarms;

@@ -228,7 +228,7 @@ WholePhotoSearch SearchAtEveryKappa(const PhotoTask& task) {
   if (Convinces(search.track, task.options)) return search;
   // If the position is truly known, single patches show more than tiles of their mosaic.
   if (!by_patches || !known || task.options.prior_failed) search.Add(places.Run());
-  // Fewer patches than all of these need show a pose where each has a window of its own.
+  // With a window for each patch, fewer patches than in any of these searches show the pose.
   if (known && !Convinces(search.track, task.options))
     search.Add(FirstPoseByKappa(task, places.Trials()));
   return search;

@@ -27,7 +27,7 @@ struct MatchPrecision {
 std::optional<MatchPrecision> PrecisionOfMatch(const Image& image, const Image& model,
                                                const Eigen::Vector2d& model_from_image);
 
-// Only that of it; a fraction of the time.
+// PrecisionOfMatch's correlation without grain alone, in a fraction of its time.
 std::optional<double> CorrelationWithoutGrain(const Image& image, const Image& model,
                                               const Eigen::Vector2d& model_from_image);
 
