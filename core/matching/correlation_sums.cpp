@@ -13,21 +13,27 @@ namespace orient {
 using Eigen::Index;
 
 Plane SpatialSums::Sum(const Plane& kernel, const Plane& image) {
+  constexpr Index kRowsAtOnce = 16;
   const FloatPlane weights = kernel.cast<float>();
   const double total = kernel.sum();
   const Index rows = image.rows() - kernel.rows() + 1, cols = image.cols() - kernel.cols() + 1;
-  FloatPlane part = FloatPlane::Zero(kernel.rows(), kernel.cols() + kFloatSumsAtOnce);
+  FloatPlane part =
+      FloatPlane::Zero(kRowsAtOnce + kernel.rows() - 1, kernel.cols() + kFloatSumsAtOnce);
   Plane result(rows, cols);
-  for (Index row = 0; row < rows; ++row) {
+  for (Index row = 0; row < rows; row += kRowsAtOnce) {
+    const Index count = std::min(kRowsAtOnce, rows - row), height = count + kernel.rows() - 1;
     for (Index col = 0; col < cols; col += kFloatSumsAtOnce) {
       // Relative to a value nearby, so that small contrasts keep all digits.
-      const double level = image(row + kernel.rows() / 2, col + kernel.cols() / 2);
+      const double level = image(row + height / 2, col + kernel.cols() / 2);
       const Index width = std::min(part.cols(), image.cols() - col);
-      part.leftCols(width) = (image.block(row, col, kernel.rows(), width) - level).cast<float>();
+      part.topLeftCorner(height, width) =
+          (image.block(row, col, height, width) - level).cast<float>();
       const Index n = std::min(kFloatSumsAtOnce, cols - col);
       Eigen::Array<float, 1, kFloatSumsAtOnce> sums;
-      SumProducts(weights, part, 0, 0, n, sums.data());
-      result.row(row).segment(col, n) = sums.head(n).cast<double>() + level * total;
+      for (Index r = 0; r < count; ++r) {
+        SumProducts(weights, part, r, 0, n, sums.data());
+        result.row(row + r).segment(col, n) = sums.head(n).cast<double>() + level * total;
+      }
     }
   }
   return result;

@@ -1,37 +1,27 @@
 #include "core/matching/image_correlator.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
-#include "core/matching/gradient_channels.h"
-
 namespace orient {
 namespace {
 
 constexpr double kLeastData = 0.5;
-// A window is flat below this share of the whole image's variance; for gradients, below this share
-// of the mean sum of squares of a window, which is rounding.
-constexpr double kFlat = 1e-4, kFlatGradients = 1e-6;
-constexpr int kBorder = 1;  // of an image, on which the channels have no data
+constexpr double kFlat = 1e-4;  // a window is flat below this share of the whole image's variance
 
-// Places of a template in an image: the windows that it covers there, less a border.
+// Places of a template in an image: the windows that it covers there.
 struct Places {
-  int side = 0, border = 0, width = 0, height = 0;
+  int side = 0, width = 0, height = 0;
 
-  Places(const Image& image, int template_side, int template_border)
-      : side(template_side),
-        border(template_border),
-        width(image.width - side + 1),
-        height(image.height - side + 1) {
-    if (Inner() < 2 || width < 1 || height < 1)
+  Places(const Image& image, int template_side)
+      : side(template_side), width(image.width - side + 1), height(image.height - side + 1) {
+    if (side < 2 || width < 1 || height < 1)
       throw std::invalid_argument("templates larger than the image, or too small");
   }
-  int Inner() const { return side - 2 * border; }
-  double Pixels() const { return static_cast<double>(Inner()) * Inner(); }
+  double Pixels() const { return static_cast<double>(side) * side; }
   void Check(const Image& templ) const {
     if (templ.width != side || templ.height != side)
       throw std::invalid_argument("a template of another size");
@@ -40,11 +30,8 @@ struct Places {
   cv::Mat Sums(const cv::Mat& values) const {
     cv::Mat sums;
     cv::integral(values, sums, CV_64F);
-    const auto corner = [&](int row, int col) {
-      return sums(cv::Rect(col + border, row + border, width, height));
-    };
-    const int inner = Inner();
-    return corner(inner, inner) - corner(inner, 0) - corner(0, inner) + corner(0, 0);
+    const auto corner = [&](int row, int col) { return sums(cv::Rect(col, row, width, height)); };
+    return corner(side, side) - corner(side, 0) - corner(0, side) + corner(0, 0);
   }
   // Products of a template and the windows, divided by the norms of both: `scale` of
   // the template, `strength` of each window (0: none).
@@ -121,7 +108,7 @@ struct ImageCorrelator::Prepared {
 };
 
 ImageCorrelator::ImageCorrelator(const Image& image, int side) {
-  Prepared prepared{Places(image, side, 0), {}, {}};
+  Prepared prepared{Places(image, side), {}, {}};
   const Places& places = prepared.places;
   const int count = CountOf(image);
   const cv::Mat values = FilledLess(MeanOf(image, count), image);
@@ -153,71 +140,6 @@ Image ImageCorrelator::Scores(const Image& templ) const {
                    true);
   return places.Ratios(ProductsOf(product, places.height), norm * std::sqrt(count),
                        prepared_->deviation);
-}
-
-struct ChannelCorrelator::Prepared {
-  Places places;
-  std::array<cv::Mat, kGradientChannels> spectra;
-  cv::Mat strength;  // of the window at each place: root of the sum of squares; zero: none
-};
-
-ChannelCorrelator::ChannelCorrelator(const Image& image, int side) {
-  Prepared prepared{Places(image, side, kBorder), {}, {}};
-  const Places& places = prepared.places;
-  const GradientChannels channels = ChannelsOf(image);
-  cv::Mat squares = cv::Mat::zeros(image.height, image.width, CV_32F);
-  for (std::size_t k = 0; k < kGradientChannels; ++k) {
-    const cv::Mat values = FilledLess(0, channels.channels[k]);
-    squares += values.mul(values);
-    prepared.spectra[k] = SpectrumOf(values, SizeOfSpectrum(image));
-  }
-  const cv::Mat sum = places.Sums(squares), count = places.Sums(MaskOf(channels.channels[0]));
-  const double flat = kFlatGradients * places.Pixels() * cv::mean(squares)[0];
-  prepared.strength = cv::Mat::zeros(sum.size(), CV_32F);
-  for (int row = 0; row < sum.rows; ++row)
-    for (int col = 0; col < sum.cols; ++col)
-      if (count.at<double>(row, col) >= kLeastData * places.Pixels() &&
-          sum.at<double>(row, col) > flat)
-        prepared.strength.at<float>(row, col) =
-            static_cast<float>(std::sqrt(sum.at<double>(row, col)));
-  prepared_ = std::make_shared<Prepared>(std::move(prepared));
-}
-
-struct ChannelCorrelator::Template {
-  std::array<cv::Mat, kGradientChannels> spectra;
-  double scale = 0;  // zero: too little data, or no gradients
-};
-
-std::shared_ptr<const ChannelCorrelator::Template> ChannelCorrelator::Prepare(
-    const Image& templ) const {
-  const Places& places = prepared_->places;
-  places.Check(templ);
-  const GradientChannels channels = ChannelsOf(templ);
-  const int count = CountOf(channels.channels[0]);
-  Template prepared;
-  double squares = 0;
-  for (std::size_t k = 0; k < kGradientChannels; ++k) {
-    const cv::Mat values = FilledLess(0, channels.channels[k]);
-    squares += cv::norm(values, cv::NORM_L2SQR);
-    prepared.spectra[k] = SpectrumOf(values, prepared_->spectra[0].size());
-  }
-  if (count >= kLeastData * places.Pixels())
-    prepared.scale = std::sqrt(squares * count / places.Pixels());
-  return std::make_shared<Template>(std::move(prepared));
-}
-
-Image ChannelCorrelator::Scores(const std::shared_ptr<const Template>& templ) const {
-  const Places& places = prepared_->places;
-  if (templ->spectra[0].size() != prepared_->spectra[0].size())
-    throw std::invalid_argument("a template prepared for images of another size");
-  if (!(templ->scale > 0)) return {places.width, places.height, kNoData};
-  cv::Mat sum, product;
-  cv::mulSpectrums(prepared_->spectra[0], templ->spectra[0], sum, 0, true);
-  for (std::size_t k = 1; k < kGradientChannels; ++k) {
-    cv::mulSpectrums(prepared_->spectra[k], templ->spectra[k], product, 0, true);
-    sum += product;
-  }
-  return places.Ratios(ProductsOf(sum, places.height), templ->scale, prepared_->strength);
 }
 
 }  // namespace orient

@@ -8,35 +8,16 @@
 
 namespace orient {
 
-// Both: templates are square, of `side` pixels, no larger than the image (std::invalid_argument).
-// NaN: no data. Scores lie in [-1, 1], one for every place where the template lies inside the
-// image; result(c, r) is for the template's corner at the image's (c, r). Gaps of the template are
-// taken as varying like the rest of the window. NaN where less than half of the window has data, or
-// one side is flat.
-
 // By grey values: correlation coefficients, an estimate where there are gaps and the masked one
-// where there are none.
+// where there are none. Templates are square, of `side` pixels, no larger than the image
+// (std::invalid_argument). NaN: no data. Scores lie in [-1, 1], one for every place where the
+// template lies inside the image; result(c, r) is for the template's corner at the image's (c, r).
+// Gaps of the template are taken as varying like the rest of the window. NaN where less than half
+// of the window has data, or one side is flat.
 class ImageCorrelator {
  public:
   ImageCorrelator(const Image& image, int side);
   Image Scores(const Image& templ) const;
-
- private:
-  struct Prepared;
-  std::shared_ptr<const Prepared> prepared_;
-};
-
-// By the gradients' orientations: cosines of gradient channels, as CorrelateChannels
-// (gradient_channels.h) where there are no gaps.
-class ChannelCorrelator {
- public:
-  ChannelCorrelator(const Image& image, int side);
-  Image Scores(const Image& templ) const { return Scores(Prepare(templ)); }
-
-  // A template, prepared once for all images of this one's size.
-  struct Template;
-  std::shared_ptr<const Template> Prepare(const Image& templ) const;
-  Image Scores(const std::shared_ptr<const Template>& templ) const;
 
  private:
   struct Prepared;

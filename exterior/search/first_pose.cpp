@@ -295,7 +295,7 @@ double KappaTrials(const PhotoTask& task) {
 }
 
 WholePhotoSearch FirstPoseByKappa(const PhotoTask& task, double trials) {
-  constexpr double kMostSearched = 1e8;  // pixels: some 3 s of processor time
+  constexpr double kMostSearched = 1e8;  // pixels: some 7 s of processor time
   WholePhotoSearch search;
   std::set<Look> looks;
   std::vector<FirstSearch> searches;

@@ -14,7 +14,6 @@
 #include "exterior/search/first_pose.h"
 #include "exterior/search/keypoint_pairs.h"
 #include "exterior/search/keypoint_pose.h"
-#include "exterior/search/photo_level.h"
 #include "exterior/search/possible_pairs.h"
 #include "exterior/search/search_prior.h"
 #include "exterior/search/vote_cluster.h"

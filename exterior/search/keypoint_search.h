@@ -1,7 +1,7 @@
 // The first round where neither position nor kappa need be known: keypoints (SIFT) of the patches'
 // chips are looked for among the photo's, at once for all kappas, places and flying heights. The
 // quickest search of a whole photo where chips are large enough at a level of the photo to show
-// keypoints; the others (attitude_search.h, wide_search.h) find what resembles too little for it.
+// keypoints; the others (wide_search.h) find what resembles too little for it.
 // Private to exterior.
 #pragma once
 

@@ -11,8 +11,8 @@
 namespace orient::exterior {
 namespace {
 
-Eigen::Vector2f UnitAt(double angle_rad) {
-  return Eigen::Vector2d(std::cos(angle_rad), std::sin(angle_rad)).cast<float>();
+Eigen::Array2f UnitAt(double angle_rad) {
+  return Eigen::Array2d(std::cos(angle_rad), std::sin(angle_rad)).cast<float>();
 }
 
 }  // namespace
@@ -33,20 +33,20 @@ void PossiblePairs::LetPassNear(const PhotoView& view, const FilmPosition& posit
   Places places;
   places.least_cosine =
       kappa_reach_rad < std::numbers::pi ? static_cast<float>(std::cos(kappa_reach_rad)) : -2.0F;
-  places.of_photo.resize(2, std::ssize(photo_.pixels));
-  places.turns_of_photo.resize(2, std::ssize(photo_.pixels));
-  for (Eigen::Index k = 0; k < places.of_photo.cols(); ++k) {
+  places.of_photo.resize(std::ssize(photo_.pixels), 2);
+  places.turns_of_photo.resize(std::ssize(photo_.pixels), 2);
+  for (Eigen::Index k = 0; k < places.of_photo.rows(); ++k) {
     const auto i = static_cast<std::size_t>(k);
     const double turn = KappaOf(photo_.angles_rad[i], position);
     const Eigen::Rotation2Dd back(turn);
-    places.turns_of_photo.col(k) = UnitAt(turn - view.pose.opk_rad.z());
-    places.of_photo.col(k) =
-        (back * (view.PhotoFromPixel(photo_.pixels[i]) - centre_mm)).cast<float>();
+    const Eigen::Vector2d place = back * (view.PhotoFromPixel(photo_.pixels[i]) - centre_mm);
+    places.turns_of_photo.row(k) = UnitAt(turn - view.pose.opk_rad.z());
+    places.of_photo.row(k) = place.cast<float>().array();
   }
   // In a mirrored photo, kappa increases with the angles of the chips' keypoints.
   const double sense = IsMirrored(position) ? -1 : 1;
   const auto count = static_cast<Eigen::Index>(chips_.keypoints.Size());
-  places.of_chips = places.turns_of_chips = Eigen::Matrix2Xf::Zero(2, count);
+  places.of_chips = places.turns_of_chips = Eigen::ArrayX2f::Zero(count, 2);
   places.reach_mm.assign(chips_.keypoints.Size(), -1);
   const PosedCamera camera(view.camera, unturned);
   for (Eigen::Index k = 0; k < count; ++k) {
@@ -55,34 +55,39 @@ void PossiblePairs::LetPassNear(const PhotoView& view, const FilmPosition& posit
     if (!photo_mm) continue;
     const double turn = sense * chips_.keypoints.angles_rad[i];
     const Eigen::Rotation2Dd back(turn);
-    places.turns_of_chips.col(k) = UnitAt(turn);
-    places.of_chips.col(k) = (back * (*photo_mm - centre_mm)).cast<float>();
+    const Eigen::Vector2d place = back * (*photo_mm - centre_mm);
+    places.turns_of_chips.row(k) = UnitAt(turn);
+    places.of_chips.row(k) = place.cast<float>().array();
     places.reach_mm[i] = static_cast<float>(reach_mm(*photo_mm));
   }
   places_.push_back(std::move(places));
 }
 
+Eigen::ArrayXf PossiblePairs::MarginsIn(const Places& places, Eigen::Index chip, Eigen::Index first,
+                                        Eigen::Index count) const {
+  const float reach_mm = places.reach_mm[static_cast<std::size_t>(chip)];
+  if (reach_mm < 0) return Eigen::ArrayXf::Constant(count, -1);
+  const auto photo = places.of_photo.middleRows(first, count);
+  const auto turns = places.turns_of_photo.middleRows(first, count);
+  const Eigen::Array2f at = places.of_chips.row(chip), turn = places.turns_of_chips.row(chip);
+  const auto off = (photo.col(0) - at.x()).square() + (photo.col(1) - at.y()).square();
+  const auto cosine = turns.col(0) * turn.x() + turns.col(1) * turn.y();
+  return (reach_mm * reach_mm - off).min(cosine - places.least_cosine);
+}
+
 std::vector<std::size_t> PossiblePairs::Of(std::size_t chip_keypoint) const {
   const double size_px = chips_.keypoints.sizes_px[chip_keypoint] / gsd_m_;
   const auto& sizes_px = photo_.sizes_px;
-  const auto first = std::lower_bound(sizes_px.begin(), sizes_px.end(), size_px / scale_reach_);
-  const auto last = std::upper_bound(first, sizes_px.end(), size_px * scale_reach_);
-  const auto chip = static_cast<Eigen::Index>(chip_keypoint);
-  const auto may_be = [&](std::size_t i) {
-    const auto photo = static_cast<Eigen::Index>(i);
-    return places_.empty() ||
-           std::any_of(places_.begin(), places_.end(), [&](const Places& places) {
-             const float reach = places.reach_mm[chip_keypoint];
-             const Eigen::Vector2f off = places.of_photo.col(photo) - places.of_chips.col(chip);
-             return reach >= 0 && off.squaredNorm() <= reach * reach &&
-                    places.turns_of_photo.col(photo).dot(places.turns_of_chips.col(chip)) >=
-                        places.least_cosine;
-           });
-  };
+  const auto smallest = std::lower_bound(sizes_px.begin(), sizes_px.end(), size_px / scale_reach_);
+  const auto largest = std::upper_bound(smallest, sizes_px.end(), size_px * scale_reach_);
+  const Eigen::Index first = smallest - sizes_px.begin(), count = largest - smallest;
+  Eigen::ArrayXf margins = Eigen::ArrayXf::Constant(count, places_.empty() ? 0 : -1);
+  for (const Places& places : places_)
+    margins =
+        margins.max(MarginsIn(places, static_cast<Eigen::Index>(chip_keypoint), first, count));
   std::vector<std::size_t> possible;
-  const auto end = static_cast<std::size_t>(last - sizes_px.begin());
-  for (auto i = static_cast<std::size_t>(first - sizes_px.begin()); i < end; ++i)
-    if (may_be(i)) possible.push_back(i);
+  for (Eigen::Index i = 0; i < count; ++i)
+    if (margins[i] >= 0) possible.push_back(static_cast<std::size_t>(first + i));
   return possible;
 }
 

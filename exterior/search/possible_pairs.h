@@ -33,11 +33,16 @@ class PossiblePairs {
   // A pair's kappa is the difference of two angles. With each side turned back by its own one,
   // about the principal point, what belongs together lies at one place whatever kappa is.
   struct Places {
-    Eigen::Matrix2Xf of_photo, of_chips;              // mm
-    Eigen::Matrix2Xf turns_of_photo, turns_of_chips;  // as unit vectors, from the view's kappa
-    float least_cosine = -1;                          // between them
-    std::vector<float> reach_mm;                      // negative: not seen
+    Eigen::ArrayX2f of_photo, of_chips;              // mm
+    Eigen::ArrayX2f turns_of_photo, turns_of_chips;  // as unit vectors, from the view's kappa
+    float least_cosine = -1;                         // between them
+    std::vector<float> reach_mm;                     // negative: not seen
   };
+
+  // For each of some of the photo's keypoints, by how much it stays within the limits for this one
+  // of a chip, negative where it exceeds them.
+  Eigen::ArrayXf MarginsIn(const Places& places, Eigen::Index chip, Eigen::Index first,
+                           Eigen::Index count) const;
 
   const Keypoints& photo_;
   const ChipKeypoints& chips_;

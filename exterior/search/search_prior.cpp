@@ -21,6 +21,13 @@ bool IsVague(const Camera& camera, const PosePrior& prior, double ground_height_
   return moved_mm > kShareOfFrame * camera.frame_mm.minCoeff();
 }
 
+bool IsPositionKnown(const PosePrior& prior, double ground_height_m) {
+  constexpr double kKnownPerHeight = 0.08;  // largest sigma, as a share of the flying height
+  const double height = prior.pose.position_m.z() - ground_height_m;
+  return height > 0 &&
+         std::sqrt(prior.covariance.diagonal().head<3>().maxCoeff()) <= kKnownPerHeight * height;
+}
+
 PosePrior Doubtful(const PosePrior& prior, double ground_height_m) {
   constexpr double kShareOfHeight = 0.03;
   const double height = std::abs(prior.pose.position_m.z() - ground_height_m);

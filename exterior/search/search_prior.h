@@ -16,6 +16,10 @@ inline constexpr double kUsualTilt_rad = 5 * std::numbers::pi / 180;
 // patches may lie anywhere in the frame. Such a photo needs OrientPhotoOptions::wide.
 bool IsVague(const Camera& camera, const PosePrior& prior, double ground_height_m);
 
+// Whether the prior's position is good enough for patches to look nearly as seen from there, so
+// that no other flying height need be tried. `ground_height_m`: MedianGroundHeight of the patches.
+bool IsPositionKnown(const PosePrior& prior, double ground_height_m);
+
 // Approximations are often worse than stated: sigmas are doubled, and the position's increased by a
 // few per cent of the flying height, the size of errors from a map or a forgotten datum shift.
 PosePrior Doubtful(const PosePrior& prior, double ground_height_m);

@@ -38,10 +38,10 @@ PoseTrack FollowUp(const WaysToTry& ways, Try from) {
 
 }  // namespace
 
-Look LookOf(const FilmPosition& position, double kappa_rad, double size) {
+Look LookOf(const FilmPosition& position, double kappa_rad) {
   const Eigen::Matrix2d& A = position.photo_from_pixel.A;
-  const Eigen::Matrix2d shape = Eigen::Rotation2Dd(kappa_rad).toRotationMatrix() * A *
-                                (size / std::sqrt(std::abs(A.determinant())));
+  const Eigen::Matrix2d shape =
+      Eigen::Rotation2Dd(kappa_rad).toRotationMatrix() * A / std::sqrt(std::abs(A.determinant()));
   Look look{};
   for (int i = 0; i < 4; ++i) look[static_cast<std::size_t>(i)] = std::lround(100 * shape(i));
   return look;

@@ -1,6 +1,6 @@
-// What the searches for a first pose share (keypoint_search.h, attitude_search.h, wide_search.h,
-// first_pose.h): which of two poses is better, and for a whole photo the order in which ways to
-// take it are tried, and the best followed up. Private to exterior.
+// What the searches for a first pose share (keypoint_search.h, wide_search.h, first_pose.h): which
+// of two poses is better, and for a whole photo the order in which ways to take it are tried, and
+// the best followed up. Private to exterior.
 #pragma once
 
 #include <array>
@@ -27,9 +27,8 @@ double MedianGroundHeight(const std::vector<patchdb::Patch>& patches);
 // back looks the same.
 using Look = std::array<long, 4>;
 
-// Under a camera that looks down. `size`: by how much larger the image is than from the approximate
-// height. In hundredths.
-Look LookOf(const FilmPosition& position, double kappa_rad, double size = 1);
+// Under a camera that looks down. In hundredths.
+Look LookOf(const FilmPosition& position, double kappa_rad);
 
 // Whether `a` is less likely to be due to chance.
 inline bool IsBetter(const PoseTrack& a, const PoseTrack& b) {

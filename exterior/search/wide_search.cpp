@@ -5,7 +5,6 @@
 #include <cmath>
 #include <map>
 
-#include "exterior/search/attitude_search.h"
 #include "exterior/search/first_pose.h"
 #include "exterior/search/keypoint_search.h"
 #include "exterior/search/mosaic_tiles.h"
@@ -217,18 +216,13 @@ WholePhotoSearch SearchAtEveryKappa(const PhotoTask& task) {
   const double ground_m = MedianGroundHeight(task.patches);
   if (!(task.photo.prior.pose.position_m.z() > ground_m)) return {};
   const bool known = IsPositionKnown(task.photo.prior, ground_m);
-  WideSearch places(
-      task, Widened(task.photo.prior, ground_m), ground_m,
-      KeypointTrials(task) + AttitudeTrials(task, ground_m) + (known ? KappaTrials(task) : 0));
+  WideSearch places(task, Widened(task.photo.prior, ground_m), ground_m,
+                    KeypointTrials(task) + (known ? KappaTrials(task) : 0));
   WholePhotoSearch search = SearchByKeypoints(task, ground_m, places.Trials());
   if (Convinces(search.track, task.options)) return search;
-  WholePhotoSearch turned = SearchAttitudes(task, ground_m, places.Trials());
-  const bool by_patches = turned.searched;
-  search.Add(std::move(turned));
-  if (Convinces(search.track, task.options)) return search;
   // If the position is truly known, single patches show more than tiles of their mosaic.
-  if (!by_patches || !known || task.options.prior_failed) search.Add(places.Run());
-  // With a window for each patch, fewer patches than in any of these searches show the pose.
+  if (!known || task.options.prior_failed) search.Add(places.Run());
+  // With a window for each patch, fewer patches than in the other searches show the pose.
   if (known && !Convinces(search.track, task.options))
     search.Add(FirstPoseByKappa(task, places.Trials()));
   return search;

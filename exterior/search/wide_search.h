@@ -1,9 +1,9 @@
 // The first round where the approximation is too poor for a search window around each patch: its
-// keypoints are compared with the patches' (keypoint_search.h); then single patches are searched
-// for at every kappa (attitude_search.h). Where they show no pose and the position is not truly
-// known, the whole photo is searched, at every kappa and several scales, for tiles of the mosaic
-// that the patches make together, and the tiles vote. Last, where the position is known, every
-// patch is searched for in a window of its own, kappa by kappa (first_pose.h). Private to exterior.
+// keypoints are compared with the patches' (keypoint_search.h). Where they show no pose and the
+// position is not truly known, the whole photo is searched, at every kappa and several scales, for
+// tiles of the mosaic that the patches make together, and the tiles vote. Last, where the position
+// is known, every patch is searched for in a window of its own, kappa by kappa (first_pose.h).
+// Private to exterior.
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@
 
 namespace orient::exterior {
 
-// Not searched from below the ground, nor where neither keypoints nor single patches nor tiles can
+// Not searched from below the ground, nor where neither keypoints nor tiles nor single patches can
 // be searched for. The caller asks whether chance explains the pose; every hypothesis of all
 // searches is counted in, tried or not.
 WholePhotoSearch SearchWidely(const PhotoTask& task);

@@ -104,12 +104,6 @@ std::optional<double> PatchSide(const PhotoView& view, const patchdb::Patch& pat
   return SideOf(patch, in_scan->chip_per_pixel);
 }
 
-std::optional<double> PatchWidth(const PhotoView& view, const patchdb::Patch& patch) {
-  const auto in_scan = InScan(view, patch);
-  if (!in_scan) return std::nullopt;
-  return ChipSide(patch) / std::sqrt(std::abs(in_scan->chip_per_pixel.determinant()));
-}
-
 std::optional<AlignedPatch> AlignPatch(const PhotoView& view, const patchdb::Patch& patch,
                                        double reduction, int min_side, int max_side) {
   const auto in_scan = InScan(view, patch);
@@ -119,13 +113,6 @@ std::optional<AlignedPatch> AlignPatch(const PhotoView& view, const patchdb::Pat
   int side = static_cast<int>(std::min<double>(max_side, std::floor(largest)));
   if (side % 2 == 0) --side;
   if (side < min_side) return std::nullopt;
-  return Draw(view, patch, *in_scan, reduction, side);
-}
-
-std::optional<AlignedPatch> AlignWholePatch(const PhotoView& view, const patchdb::Patch& patch,
-                                            double reduction, int side) {
-  const auto in_scan = InScan(view, patch);
-  if (!in_scan) return std::nullopt;
   return Draw(view, patch, *in_scan, reduction, side);
 }
 

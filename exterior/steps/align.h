@@ -30,12 +30,4 @@ std::optional<double> PatchSide(const PhotoView& view, const patchdb::Patch& pat
 std::optional<AlignedPatch> AlignPatch(const PhotoView& view, const patchdb::Patch& patch,
                                        double reduction, int min_side, int max_side);
 
-// The chip's side in scan pixels, whichever way it is turned there. Empty where the point is not
-// seen.
-std::optional<double> PatchWidth(const PhotoView& view, const patchdb::Patch& patch);
-
-// A square of that side, which the chip need not cover: NaN where it ends.
-std::optional<AlignedPatch> AlignWholePatch(const PhotoView& view, const patchdb::Patch& patch,
-                                            double reduction, int side);
-
 }  // namespace orient::exterior

@@ -53,4 +53,11 @@ ImageWindow PhotoImage::Around(const Eigen::Vector2d& centre_px, const Eigen::Ve
   return window;
 }
 
+int FinestReduction(const PhotoImage& photo, double most_pixels) {
+  int reduction = 1;
+  const double pixels = static_cast<double>(photo.Width()) * photo.Height();
+  while (pixels > most_pixels * reduction * reduction) ++reduction;
+  return reduction;
+}
+
 }  // namespace orient::exterior

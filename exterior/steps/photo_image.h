@@ -34,4 +34,7 @@ class PhotoImage {
   mutable std::map<int, Image> levels_;
 };
 
+// The least reduction at which the whole photo has at most so many pixels.
+int FinestReduction(const PhotoImage& photo, double most_pixels);
+
 }  // namespace orient::exterior

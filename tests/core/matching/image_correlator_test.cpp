@@ -6,7 +6,6 @@
 #include <stdexcept>
 
 #include "core/matching/correlation.h"
-#include "core/matching/gradient_channels.h"
 #include "tests/support/shared_data.h"
 #include "tests/support/texture.h"
 
@@ -19,12 +18,6 @@ Image TextureImage(int width, int height, double col = 0, double row = 0) {
   const Texture texture(11);
   return Draw(width, height,
               [&](const auto& p) { return texture.At(p + Eigen::Vector2d(col, row)); });
-}
-
-Image LeftHalfInverted(Image image) {
-  for (int row = 0; row < image.height; ++row)
-    for (int col = 0; col < image.width / 2; ++col) image.At(col, row) = 90 - image.At(col, row);
-  return image;
 }
 
 Peak Best(const Image& scores) { return FindPeaks(scores, 1, 2, 0.1).at(0); }
@@ -73,59 +66,6 @@ TEST(ImageCorrelator, RefusesTemplatesOfAnotherSize) {
   const Image image = TextureImage(30, 20);
   EXPECT_THROW(ImageCorrelator(image, 21), std::invalid_argument);
   EXPECT_THROW(ImageCorrelator(image, kSide).Scores(Image(12, 12)), std::invalid_argument);
-}
-
-TEST(ChannelCorrelator, GivesTheCosinesOfCorrelateChannels) {
-  Image image = TextureImage(90, 61);
-  for (int row = 20; row < 30; ++row) image.At(5, row) = kNoData;
-  const Image templ = LeftHalfInverted(TextureImage(kSide, kSide, 31, 17));
-  const Image scores = ChannelCorrelator(image, kSide).Scores(templ);
-  const Image expected = CorrelateChannels(ChannelsOf(templ), ChannelsOf(image));
-  ASSERT_EQ(scores.width, expected.width);
-  ASSERT_EQ(scores.height, expected.height);
-  for (int row = 0; row < scores.height; ++row)
-    for (int col = 8; col < scores.width; ++col)
-      EXPECT_NEAR(scores.At(col, row), expected.At(col, row), 2e-3) << col << " " << row;
-}
-
-TEST(ChannelCorrelator, FindsTemplatesOfInvertedContrastOneAfterTheOther) {
-  const ChannelCorrelator search(TextureImage(90, 61), kSide);
-  for (const auto& [col, row] : {std::pair(31, 17), std::pair(2, 40), std::pair(70, 3)}) {
-    Image templ = TextureImage(kSide, kSide, col, row);
-    for (float& value : templ.values) value = -value;
-    const auto peaks = FindPeaks(search.Scores(templ), 1, 2, 0);
-    ASSERT_EQ(peaks.size(), 1u);
-    EXPECT_NEAR(peaks[0].position.x(), col, 0.2);
-    EXPECT_NEAR(peaks[0].position.y(), row, 0.2);
-    EXPECT_GT(peaks[0].score, 0.8);
-  }
-}
-
-TEST(ChannelCorrelator, FindsATemplateWithAGap) {
-  Image templ = TextureImage(kSide, kSide, 31, 17);
-  for (int row = 0; row < kSide; ++row)
-    for (int col = 0; col < 5; ++col) templ.At(col, row) = kNoData;
-  const auto peaks =
-      FindPeaks(ChannelCorrelator(TextureImage(90, 61), kSide).Scores(templ), 1, 2, 0);
-  ASSERT_EQ(peaks.size(), 1u);
-  EXPECT_NEAR(peaks[0].position.x(), 31, 0.5);
-  EXPECT_NEAR(peaks[0].position.y(), 17, 0.5);
-}
-
-TEST(ChannelCorrelator, HasNoScoreWhereTheImageIsFlatOrMissing) {
-  Image image = TextureImage(90, 61);
-  for (int row = 0; row < image.height; ++row)
-    for (int col = 0; col < 50; ++col) image.At(col, row) = col < 25 ? kNoData : 7.0F;
-  const Image scores = ChannelCorrelator(image, kSide).Scores(TextureImage(kSide, kSide, 60, 20));
-  EXPECT_TRUE(std::isnan(scores.At(2, 20)));
-  EXPECT_TRUE(std::isnan(scores.At(28, 20)));
-  EXPECT_FALSE(std::isnan(scores.At(60, 20)));
-}
-
-TEST(ChannelCorrelator, RefusesTemplatesOfAnotherSize) {
-  const ChannelCorrelator search(TextureImage(90, 61), kSide);
-  EXPECT_THROW(search.Scores(TextureImage(kSide + 2, kSide)), std::invalid_argument);
-  EXPECT_THROW(ChannelCorrelator(TextureImage(10, 61), kSide), std::invalid_argument);
 }
 
 }  // namespace

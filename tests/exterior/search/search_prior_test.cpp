@@ -120,6 +120,17 @@ TEST(Widened, BelowTheGroundStillAllowsSomething) {
   EXPECT_NEAR(SigmaOfWidened(prior)[0], 0.3, 1e-9) << "as a metre above it";
 }
 
+TEST(IsPositionKnown, ToAFewPerCentOfTheFlyingHeight) {
+  PosePrior prior{{{0, 0, 2500}, {0, 0, 0}}, Matrix6d::Identity()};
+  const auto with = [&](double sigma_m) {
+    prior.covariance.topLeftCorner<3, 3>() = sigma_m * sigma_m * Eigen::Matrix3d::Identity();
+    return IsPositionKnown(prior, 100);
+  };
+  EXPECT_TRUE(with(100));
+  EXPECT_FALSE(with(300));
+  EXPECT_FALSE(IsPositionKnown(prior, 3000));
+}
+
 TEST(HeightFactors, GoOutwardsAsFarAsTheHeightIsUncertainButOneStepAtLeast) {
   PosePrior prior = PriorOf(10, 0.01, 0.01);
   prior.covariance(2, 2) = 0;
