@@ -111,7 +111,7 @@ LIBRARIES = {
     "RapidCheck": r"rapidcheck(\.h$|/)",
 }
 # Headers of the C++ standard library have neither folder nor extension; of POSIX, we use these.
-STANDARD = re.compile(r"^([a-z_0-9]+|(unistd|fcntl|fnmatch|glob|malloc|signal|dlfcn|execinfo|dirent|pwd)\.h|sys/[a-z]+\.h)$")
+STANDARD = re.compile(r"^([a-z_0-9]+|(immintrin|unistd|fcntl|fnmatch|glob|malloc|signal|dlfcn|execinfo|dirent|pwd)\.h|sys/[a-z]+\.h)$")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 DEFINED_TYPE = re.compile(r"^(?:struct|class|enum class) (\w+)\s*(?:final\s*)?(?:[:{]|$)")
 VAGUE_NAME = re.compile(r"(^|_)(utils?|common|misc)(_|$)")

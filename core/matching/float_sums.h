@@ -12,8 +12,8 @@ using FloatPlane = Eigen::Array<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::Ro
 inline constexpr Eigen::Index kFloatSumsAtOnce = 64;
 
 // sums[0 .. count - 1]: the sums at (row, col) and the next places of the row, at most
-// kFloatSumsAtOnce. The image must reach as far as if all of these were wanted. The same on every
-// processor, bit by bit: each sum is made in the order of the kernel's rows.
+// kFloatSumsAtOnce. The image must reach as far as if all of these were wanted. Each is made in
+// the order of the kernel's rows, whatever the width of the registers: bit by bit the same.
 void SumProducts(const FloatPlane& kernel, const FloatPlane& image, Eigen::Index row,
                  Eigen::Index col, Eigen::Index count, float* sums);
 

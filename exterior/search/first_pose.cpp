@@ -130,7 +130,7 @@ SearchPlan Plan(const PhotoTask& task, const FilmPosition& position, const PoseP
 // anything. So a few patches all over the photo are searched for first, and more only until they
 // agree on a pose that chance does not explain; it then shows where the others are.
 constexpr int kFirstPatches = 12;
-constexpr std::size_t kFewBatches = 3, kAllBatches = std::numeric_limits<std::size_t>::max();
+constexpr std::size_t kFewBatches = 2, kAllBatches = std::numeric_limits<std::size_t>::max();
 
 // The predictions in batches; the first batches, taken together, are spread over the photo.
 std::vector<std::vector<PatchPrediction>> Batches(const PhotoTask& task,
@@ -287,15 +287,18 @@ std::optional<PoseTrack> EasyFirstPose(const PhotoTask& task) {
 namespace {
 
 constexpr std::size_t kFewestSought = 4;  // patches: any three agree on a pose
+constexpr std::size_t kKappaBatches = 3;
+// Pixels of all sectors: some 7 s of processor time. Where kappa is stated, a few patches in each
+// show whether it is wrong.
+constexpr double kMostInSectors = 1e8, kMostIfKappaIsStated = 4e7;
 
 }  // namespace
 
 double KappaTrials(const PhotoTask& task) {
-  return static_cast<double>(kKappaSectors * task.photo.positions.size() * kFewBatches);
+  return static_cast<double>(kKappaSectors * task.photo.positions.size() * kKappaBatches);
 }
 
 WholePhotoSearch FirstPoseByKappa(const PhotoTask& task, double trials) {
-  constexpr double kMostSearched = 1e8;  // pixels: some 7 s of processor time
   WholePhotoSearch search;
   std::set<Look> looks;
   std::vector<FirstSearch> searches;
@@ -310,11 +313,11 @@ WholePhotoSearch FirstPoseByKappa(const PhotoTask& task, double trials) {
         search.complete = false;
     }
   search.searched = !searches.empty();
-  SearchBudget budget(kMostSearched);
-  auto found = InBatches(task, trials, kFewBatches, &searches, &budget, &search.track);
+  SearchBudget budget(task.options.prior_failed ? kMostIfKappaIsStated : kMostInSectors);
+  auto found = InBatches(task, trials, kKappaBatches, &searches, &budget, &search.track);
   if (found) search.track = std::move(found);
   for (const FirstSearch& one : searches)
-    search.complete &= one.BatchesDone() >= std::min(one.BatchCount(), kFewBatches);
+    search.complete &= one.BatchesDone() >= std::min(one.BatchCount(), kKappaBatches);
   return search;
 }
 

@@ -3,7 +3,7 @@
 
     worlds.py PROGRAM FOLDER [--worlds parcels turned mountain] [--harvests default 60 60+views 30]
               [--starts 1m 10m 30m 100m] [--kappa known unknown] [--draws 5] [--seed 1] [--jobs 0]
-              [--again]
+              [--elsewhere] [--again]
     worlds.py --self-test        Tests the geometry: on a synthetic photo, on the worlds if present.
 
 PROGRAM is a path to `orient`. The worlds, blocks from another simulator, are read from
@@ -16,7 +16,9 @@ current run.
 A start is the sigma of Gaussian errors added to the true poses: 1m with 1', 10m with 3 degrees, 30m
 and 100m with 10 degrees. The random numbers of a draw are the same for all starts, scaled, and for
 all harvests. Unknown kappa is instead drawn from the full circle, and run with --kappa-sigma-deg
-180.
+180. With --elsewhere, the patches are those of another world at the same
+coordinates, whose ground looks different: no photo can be oriented, and the time is that of
+searching in vain.
 
 RMS px: the RMS distance over the whole frame, in scan pixels, between the projections of ground
 points on the DEM by the estimated film transform and pose and their true positions; the table has
@@ -56,7 +58,8 @@ WRONG_PX = 1.0
 RECORD = "worlds.json"
 TRUTH = "truth.csv"  # true poses of a world's photos, for exterior_matches
 # The key of a run; program: a digest.
-Run = collections.namedtuple("Run", "program world harvest start kappa seed draw")
+Run = collections.namedtuple("Run", "program world harvest start kappa seed draw elsewhere",
+                             defaults=[False])
 
 
 class World:
@@ -135,10 +138,12 @@ class World:
         (folder / "approx.csv").write_text(self.approximations(run), encoding="utf-8")
         shutil.copyfile(self.place / "approx_coarse.prj", folder / "approx.prj")
         position_m, attitude_deg = STARTS[run.start]
+        patches_of = elsewhere(self.name) if run.elsewhere else self.name
         line = [program, "exterior", *sorted((self.place / "scans").glob("*.tif")),
                 "--camera", self.place / "camera.toml", "--dem", self.place / "dem.tif",
                 "--approximations", folder / "approx.csv", "--interior", self.home / "interior",
-                "--patchdb", self.home / f"patches_{run.harvest}.gpkg", "--no-feedback",
+                "--patchdb", self.home.parent / patches_of / f"patches_{run.harvest}.gpkg",
+                "--no-feedback",
                 "--position-sigma-m", position_m, "--attitude-sigma-deg", attitude_deg,
                 "--out", folder, "--overwrite", "--jobs", jobs]
         line += ["--kappa-sigma-deg", 180] if run.kappa == "unknown" else []
@@ -153,6 +158,11 @@ class World:
                 "memory_mb": used.ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10),
                 "photos": {photo: self.judged(photo, folder) if code in (0, 3) else died
                            for photo in names}}
+
+
+def elsewhere(world):
+    """Another world at the same coordinates."""
+    return "turned" if world == "parcels" else "parcels"
 
 
 def measured(line, console):
@@ -177,7 +187,8 @@ class Record:
         if path.exists():
             told = json.loads(path.read_text(encoding="utf-8"))
             self.made = told["made"]
-            self.runs = {Run(*(run[of] for of in Run._fields)): run for run in told["runs"]}
+            self.runs = {Run(**{of: run[of] for of in Run._fields if of in run}): run
+                         for run in told["runs"]}
 
     def write(self):
         text = json.dumps({"made": self.made, "runs": list(self.runs.values())}, indent=1)
@@ -244,7 +255,8 @@ def work(told, program, folder, wanted, record):
     """Does all runs that are wanted and not yet done."""
     data, worlds = shared_data() / "worlds", {}
     digest = wanted[0].program
-    for name in dict.fromkeys(told.worlds):
+    sources = map(elsewhere, told.worlds) if told.elsewhere else []
+    for name in dict.fromkeys([*told.worlds, *sources]):
         worlds[name] = World(data / name, folder / name)
         for made in worlds[name].prepare(program, dict.fromkeys(told.harvests)):
             record.made[made] = digest
@@ -275,12 +287,14 @@ def main(arguments):
         parser.add_argument(f"--{name}", nargs="+", choices=choices, default=list(choices))
     for name, value in (("draws", 5), ("seed", 1), ("jobs", 0)):
         parser.add_argument(f"--{name}", type=int, default=value)
+    parser.add_argument("--elsewhere", action="store_true")
     parser.add_argument("--again", action="store_true")
     told = parser.parse_args(arguments)
     program, folder, data = told.program.resolve(), told.folder.resolve(), shared_data() / "worlds"
     if not os.access(program, os.X_OK) or not program.is_file():
         sys.exit(f"{program}: no such program")
-    absent = [name for name in told.worlds if not (data / name / "truth.json").is_file()]
+    needed = told.worlds + (list(map(elsewhere, told.worlds)) if told.elsewhere else [])
+    absent = [name for name in needed if not (data / name / "truth.json").is_file()]
     if absent:
         sys.exit(f"no {', '.join(absent)} in {data}: set ORIENT_SHARED_DATA to the shared data")
     if told.draws < 1:
@@ -288,7 +302,7 @@ def main(arguments):
     digest = hashlib.sha256(program.read_bytes()).hexdigest()
     record = Record(folder / RECORD)
     parts = [dict.fromkeys(part) for part in (told.worlds, told.harvests, told.starts, told.kappa)]
-    wanted = [Run(digest, *key, told.seed, draw) for draw in range(1, told.draws + 1)
+    wanted = [Run(digest, *key, told.seed, draw, told.elsewhere) for draw in range(1, told.draws + 1)
               for key in itertools.product(*parts)]
     stopped = None
     try:

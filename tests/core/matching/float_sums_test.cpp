@@ -18,6 +18,19 @@ TEST(FloatSums, FollowTheDefinitionWhateverRemainsOfARow) {
   }
 }
 
+TEST(FloatSums, AreMadeInTheKernelsOrderInRegistersOfAnyWidth) {
+  const FloatPlane kernel = FloatPlane::Random(4, 7), image = FloatPlane::Random(9, 200);
+  const FloatPlane sums = FloatSums(kernel, image);
+  for (Eigen::Index r = 0; r < sums.rows(); ++r)
+    for (Eigen::Index c = 0; c < sums.cols(); ++c) {
+      float one_by_one = 0;
+      for (Eigen::Index i = 0; i < kernel.rows(); ++i)
+        for (Eigen::Index j = 0; j < kernel.cols(); ++j)
+          one_by_one += kernel(i, j) * image(r + i, c + j);
+      ASSERT_EQ(sums(r, c), one_by_one) << r << " " << c;
+    }
+}
+
 TEST(SeparableSums, BlurWithZerosBeyondTheBorder) {
   const Eigen::ArrayXf weights = (Eigen::ArrayXf(3) << 0.25f, 0.5f, 0.25f).finished();
   const FloatPlane blurred = SeparableSums(FloatPlane::Ones(4, 40), weights);
