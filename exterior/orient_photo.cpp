@@ -26,7 +26,7 @@ constexpr double kWorthAJudgement = 2;
 // windows, for at the true pose nearly all patches match; at the edge of what the approximation
 // allows, with any pose found there.
 constexpr double kShareBeyondDoubt = 0.67;  // share of the patches sought that agree
-constexpr double kRmsBeyondDoubt_px = 0.5;
+constexpr double kRmsBeyondDoubt_px = 0.5;  // of the reduction
 constexpr double kChi2AtEdge = 10.6;  // 6 degrees of freedom: one correct approximation in ten
 constexpr double kTimesStated = 4;    // factor on the stated sigmas
 
@@ -45,7 +45,7 @@ LoopRound RoundSummary(const PreciseRound& round) {
 // Largest distortion of a patch, scan pixels, between the view it was drawn under and the round's
 // pose: displacement of its edges against its middle, as a mere shift does not distort it.
 double LargestDistortion(const PhotoTask& task, const PreciseRound& round) {
-  constexpr double kEdge_px = kMaxSide_px / 2.0;
+  const double edge_px = kMaxSide_px * round.reduction / 2.0;
   PhotoView after = round.view;
   after.pose = round.estimate->pose;
   double largest = 0;
@@ -57,22 +57,24 @@ double LargestDistortion(const PhotoTask& task, const PreciseRound& round) {
     const Eigen::Matrix2d change =
         now->by_ground.leftCols<2>() * drawn->by_ground.leftCols<2>().inverse() -
         Eigen::Matrix2d::Identity();
-    largest = std::max(largest, kEdge_px * change.norm());
+    largest = std::max(largest, edge_px * change.norm());
   }
   return largest;
 }
 
-// With no more distortion than this, patches drawn anew would match where they did before.
-constexpr double kSettledPx = 0.1;
+// With no more distortion than this, in pixels of the reduction, patches drawn anew would match
+// where they did before.
+constexpr double kSettled_px = 0.1;
 
-// Rounds at full resolution until another would gain nothing; the last one is the result. If the
-// first one has no estimate, there is no pose.
-std::vector<PreciseRound> Refine(const PhotoTask& task, PoseTrack* track) {
+// Precise rounds until another would gain nothing; the last one is the result. If the first one has
+// no estimate, there is no pose.
+std::vector<PreciseRound> Refine(const PhotoTask& task, int reduction, PoseTrack* track) {
   std::vector<PreciseRound> rounds;
-  double margin = 2.0 * track->reduction + 4;
+  constexpr double kMargin_px = 4;
+  double margin_px = 2.0 * track->reduction / reduction + kMargin_px;
   for (int i = 0; i < kMaxPreciseRounds; ++i) {
     const PhotoView view = task.View(track->position, track->pose);
-    PreciseRound round = MatchAll(task, view, track->covariance, margin);
+    PreciseRound round = MatchAll(task, view, track->covariance, margin_px, reduction);
     Resect(task, *track, &round);
     if (!round.estimate) {
       if (rounds.empty()) rounds.push_back(std::move(round));
@@ -83,8 +85,8 @@ std::vector<PreciseRound> Refine(const PhotoTask& task, PoseTrack* track) {
     track->pose = round.estimate->pose;
     track->covariance = round.estimate->covariance;
     rounds.push_back(std::move(round));
-    if (distorted_px < kSettledPx) break;
-    margin = 4;
+    if (distorted_px < kSettled_px * reduction) break;
+    margin_px = kMargin_px;
   }
   return rounds;
 }
@@ -280,7 +282,7 @@ struct SettledPose {
 
 bool MayBeARepetition(const SettledPose& pose) {
   return pose.matches.agreeing < kShareBeyondDoubt * pose.matches.sought &&
-         RmsPx(*pose.Last().estimate) > kRmsBeyondDoubt_px;
+         RmsPx(*pose.Last().estimate) > kRmsBeyondDoubt_px * pose.Last().reduction;
 }
 
 // The pose found if the approximation's sigmas are taken to be several times the stated ones, but
@@ -293,9 +295,10 @@ std::optional<SettledPose> FoundBeyond(const PhotoTask& task, bool at_edge) {
   if (!track || track->log10_false_alarms > task.options.max_log10_false_alarms)
     return std::nullopt;
   SettledPose found{*std::move(track), {}, {}};
-  Descend(beyond, &found.track);
+  const int reduction = PreciseReduction(beyond, found.track);
+  Descend(beyond, reduction, &found.track);
   if (found.track.log10_false_alarms > task.options.max_log10_false_alarms) return std::nullopt;
-  found.rounds = Refine(beyond, &found.track);
+  found.rounds = Refine(beyond, reduction, &found.track);
   if (!found.Last().estimate) return std::nullopt;
   Resect(task, found.track, &found.rounds.back());
   if (!found.Last().estimate) return std::nullopt;
@@ -358,11 +361,12 @@ ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
   };
   // What a wide search leaves open at its level, the patches may still decide at a finer one.
   if (!options.wide && chance()) return no_consensus();
-  Descend(task, &*track);
+  const int reduction = PreciseReduction(task, *track);
+  Descend(task, reduction, &*track);
   if (chance() && !(options.wide && track->log10_false_alarms < kWorthAJudgement))
     return no_consensus();
   SettledPose pose{*std::move(track), {}, {}};
-  pose.rounds = Refine(task, &pose.track);
+  pose.rounds = Refine(task, reduction, &pose.track);
   const PreciseRound& settled = pose.Last();
   if (!settled.estimate)
     return Failed(task,

@@ -346,8 +346,8 @@ std::optional<PoseTrack> Confirmed(const PhotoTask& task, const PoseTrack& rough
   return track;
 }
 
-void Descend(const PhotoTask& task, PoseTrack* track) {
-  for (int reduction = track->reduction / 2; reduction > 1; reduction /= 2)
+void Descend(const PhotoTask& task, int finest, PoseTrack* track) {
+  for (int reduction = track->reduction / 2; reduction > finest; reduction /= 2)
     VoteAround(task, reduction, 1.5 * track->reduction, track);
 }
 

@@ -19,7 +19,7 @@ constexpr double kTests = 3;  // number of bounds by which a round may prove a p
 // Area within which the k-th observation would agree even if it were a gross error: that of data
 // snooping, or that of three sigma0 if it is larger.
 double AgreeingArea(const PreciseRound& round, std::size_t k) {
-  const double reach = 3 * std::max(round.estimate->sigma0_px, 0.2);
+  const double reach = 3 * std::max(round.estimate->sigma0_px, 0.2 * round.reduction);
   return std::max(std::numbers::pi * reach * reach, round.estimate->passing_px2[k]);
 }
 
@@ -47,7 +47,8 @@ double FalseAlarmsOfFound(const PreciseRound& round, const Evidence& evidence) {
   std::map<Square, double> squares;
   for (std::size_t k = 0; k < round.observed.size(); ++k) {
     const std::size_t i = round.observed[k];
-    squares[SquareOf(round.predictions[i])] += AgreeingArea(round, k) / round.windows_px2[i];
+    squares[SquareOf(round.predictions[i], round.reduction)] +=
+        AgreeingArea(round, k) / round.windows_px2[i];
   }
   std::vector<double> chances;
   for (const auto& [place, chance] : squares) chances.push_back(std::min(chance, 1.0));
@@ -67,11 +68,12 @@ Evidence CountEvidence(const PreciseRound& round, const PreciseRound& last) {
   for (std::size_t k = 0; k < last.observed.size(); ++k)
     if (!last.estimate->rejected[k]) at_last.insert(last.predictions[last.observed[k]].patch);
   std::map<Square, bool> squares;
-  for (const PatchPrediction& prediction : round.predictions) squares[SquareOf(prediction)];
+  for (const PatchPrediction& prediction : round.predictions)
+    squares[SquareOf(prediction, round.reduction)];
   for (std::size_t k = 0; k < round.observed.size(); ++k) {
     const PatchPrediction& prediction = round.predictions[round.observed[k]];
     if (!round.estimate->rejected[k] && at_last.count(prediction.patch) > 0)
-      squares[SquareOf(prediction)] = true;
+      squares[SquareOf(prediction, round.reduction)] = true;
   }
   Evidence evidence{static_cast<int>(squares.size()), 0};
   for (const auto& [place, agrees] : squares) evidence.agreeing += agrees ? 1 : 0;

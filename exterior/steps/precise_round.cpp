@@ -8,6 +8,7 @@
 #include <set>
 
 #include "core/base/chi_square.h"
+#include "core/base/median.h"
 #include "core/base/side_by_side.h"
 #include "core/raster/resample.h"
 #include "exterior/steps/align.h"
@@ -18,8 +19,9 @@ namespace orient::exterior {
 namespace {
 
 constexpr int kPrecisePatches = 900;
-constexpr double kCloseMargin_px = 1.5;  // of windows around a settled pose, beyond its sigmas
-constexpr std::size_t kDecoys = 200;     // of either kind, at most
+// Of windows around a settled pose, beyond its sigmas; pixels of the reduction.
+constexpr double kCloseMargin_px = 1.5;
+constexpr std::size_t kDecoys = 200;  // of either kind, at most
 // With so many matches by grey values, gradients are not worth their cost and lesser precision.
 constexpr int kManyMatches = 100;
 
@@ -33,8 +35,8 @@ Eigen::Vector2d WindowRadius(const PatchPrediction& prediction, double margin_px
 
 // A patch as it looks under the view; empty if it is too small there.
 std::optional<AlignedPatch> Drawn(const PhotoTask& task, const PhotoView& view,
-                                  const PatchPrediction& prediction) {
-  return AlignPatch(view, task.patches[prediction.patch], 1, kMinSide_px, kMaxSide_px);
+                                  const PatchPrediction& prediction, int reduction) {
+  return AlignPatch(view, task.patches[prediction.patch], reduction, kMinSide_px, kMaxSide_px);
 }
 
 using Drawing = std::function<std::optional<AlignedPatch>(std::size_t)>;
@@ -51,7 +53,7 @@ void OrByGradients(const PreciseSearch& search, PreciseMatch* match) {
 }
 
 // Larger windows are not kept for all of a photo's patches but read and correlated again.
-constexpr double kMostKept_px = 40;
+constexpr double kMostKept_px = 40;  // of the reduction
 
 // Matches what is drawn, around the predictions. If grey values find few (another season, film or
 // decade), gradients are worth their cost and lesser precision. Returns whether they were used.
@@ -76,7 +78,8 @@ bool MatchDrawn(const PhotoTask& task, const PreciseRound& round,
       return;
     }
     match = by_grey->ByGrey({});
-    if (!match.found && radius(i).maxCoeff() <= kMostKept_px) kept[i] = std::move(by_grey);
+    if (!match.found && radius(i).maxCoeff() <= kMostKept_px * round.reduction)
+      kept[i] = std::move(by_grey);
   });
   const auto missing = std::count_if(matches->begin(), matches->end(),
                                      [](const PreciseMatch& match) { return !match.found; });
@@ -92,11 +95,23 @@ bool MatchDrawn(const PhotoTask& task, const PreciseRound& round,
 
 }  // namespace
 
+int PreciseReduction(const PhotoTask& task, const PoseTrack& track) {
+  const PhotoView view = task.View(track.position, track.pose);
+  std::vector<double> ratios;
+  for (const PatchPrediction& seen :
+       Predict(view, track.covariance, task.patches, task.Prediction())) {
+    const patchdb::Patch& patch = task.patches[seen.patch];
+    ratios.push_back(patch.gsd_m / view.GroundPixel(patch.ground_m.z()));
+  }
+  return ratios.empty() ? 1 : std::max(1, static_cast<int>(Median(std::move(ratios))));
+}
+
 PreciseRound MatchAll(const PhotoTask& task, const PhotoView& view, const Matrix6d& covariance,
-                      double margin_px) {
+                      double margin_px, int reduction) {
   PreciseRound round;
   round.view = view;
-  round.margin_px = margin_px;
+  round.reduction = reduction;
+  round.margin_px = margin_px * reduction;
   const auto visible =
       Predict(view, covariance, task.patches, task.Prediction(), &round.not_visible);
   round.predictions = SelectSpread(visible, task.patches, kPrecisePatches, task.Prediction());
@@ -104,13 +119,14 @@ PreciseRound MatchAll(const PhotoTask& task, const PhotoView& view, const Matrix
   for (std::size_t i = 0; i < round.predictions.size(); ++i) {
     const PatchPrediction& prediction = round.predictions[i];
     const auto area =
-        AreaToSearch(prediction.pixel, WindowRadius(prediction, margin_px), task.image);
+        AreaToSearch(prediction.pixel, WindowRadius(prediction, round.margin_px), task.image);
     round.windows_px2.push_back(std::max(area.Size().prod(), 1.0));
     all.push_back(i);
   }
-  round.window_px = LargestRadius(round.predictions, kWindowSigmas) + margin_px;
+  round.window_px = LargestRadius(round.predictions, kWindowSigmas) + round.margin_px;
   round.by_gradients = MatchDrawn(
-      task, round, all, [&](std::size_t i) { return Drawn(task, view, round.predictions[i]); },
+      task, round, all,
+      [&](std::size_t i) { return Drawn(task, view, round.predictions[i], reduction); },
       &round.matches);
   return round;
 }
@@ -153,7 +169,7 @@ struct CloseSearch {
 // One per prediction of the pose's round, set only for patches that it rejects or did not find.
 struct CloseSearches {
   PhotoView view;
-  double window_px = 0;
+  double margin_px = 0, window_px = 0;
   std::vector<std::optional<CloseSearch>> of;
 };
 
@@ -162,7 +178,8 @@ CloseSearches SearchClose(const PhotoTask& task, const PoseTrack& track,
   std::vector<bool> stands(settled.matches.size(), false);
   for (std::size_t k = 0; k < settled.observed.size(); ++k)
     stands[settled.observed[k]] = !settled.estimate->rejected[k];
-  CloseSearches close{task.View(track.position, track.pose), 0, {}};
+  CloseSearches close{
+      task.View(track.position, track.pose), kCloseMargin_px * settled.reduction, 0, {}};
   close.of.resize(stands.size());
   std::map<std::size_t, PatchPrediction> visible;  // by patch
   for (const PatchPrediction& prediction :
@@ -175,12 +192,12 @@ CloseSearches SearchClose(const PhotoTask& task, const PoseTrack& track,
   }
   for (const auto& [i, prediction] : open)
     close.window_px =
-        std::max(close.window_px, WindowRadius(prediction, kCloseMargin_px).maxCoeff());
+        std::max(close.window_px, WindowRadius(prediction, close.margin_px).maxCoeff());
   SideBySide(open.size(), [&](std::size_t k) {
     const auto& [i, prediction] = open[k];
-    if (auto drawn = Drawn(task, close.view, prediction))
+    if (auto drawn = Drawn(task, close.view, prediction, settled.reduction))
       close.of[i] = {prediction, PreciseSearch(*std::move(drawn), task.image,
-                                               WindowRadius(prediction, kCloseMargin_px))};
+                                               WindowRadius(prediction, close.margin_px))};
   });
   return close;
 }
@@ -194,7 +211,7 @@ PreciseRound WithClose(const PhotoTask& task, const PoseTrack& track, const Prec
                        const CloseSearches& close, CloseCue cue) {
   PreciseRound round = before;
   round.view = close.view;
-  round.margin_px = kCloseMargin_px;
+  round.margin_px = close.margin_px;
   round.window_px = close.window_px;
   // So close, a second place nearly as good indicates an imprecise match, not an ambiguous one.
   // Gradients keep their ratio test: more places resemble them.
@@ -234,8 +251,8 @@ PreciseRound Complete(const PhotoTask& task, const PoseTrack& track, const Preci
   return WorstSigma(task, edges) < WorstSigma(task, points) ? edges : points;
 }
 
-Square SquareOf(const PatchPrediction& prediction) {
-  const Eigen::Vector2d place = (prediction.pixel / kMaxSide_px).array().floor();
+Square SquareOf(const PatchPrediction& prediction, int reduction) {
+  const Eigen::Vector2d place = (prediction.pixel / (kMaxSide_px * reduction)).array().floor();
   return {std::lround(place.x()), std::lround(place.y())};
 }
 
@@ -244,13 +261,13 @@ DecoyMatches MatchDecoys(const PhotoTask& task, const PreciseRound& round) {
   std::set<Square> squares;
   std::vector<std::size_t> apart;
   for (std::size_t i = 0; i < predictions.size(); ++i)
-    if (squares.insert(SquareOf(predictions[i])).second) apart.push_back(i);
+    if (squares.insert(SquareOf(predictions[i], round.reduction)).second) apart.push_back(i);
   std::vector<std::size_t> which;
   const std::size_t count = std::min(apart.size(), kDecoys);
   for (std::size_t k = 0; k < count; ++k) which.push_back(apart[k * apart.size() / count]);
 
   const auto mirrored = [&](std::size_t i) -> std::optional<AlignedPatch> {
-    auto drawn = Drawn(task, round.view, predictions[i]);
+    auto drawn = Drawn(task, round.view, predictions[i], round.reduction);
     if (drawn) drawn->image = Mirrored(std::move(drawn->image));
     return drawn;
   };
@@ -260,11 +277,11 @@ DecoyMatches MatchDecoys(const PhotoTask& task, const PreciseRound& round) {
   const auto exchanged = [&](std::size_t i, std::size_t image) -> std::optional<AlignedPatch> {
     const std::size_t all = predictions.size(), from = i + (image + 1) * all / (images + 1);
     const Eigen::Array2d clear =
-        WindowRadius(predictions[i], round.margin_px).array() + kMaxSide_px;
+        WindowRadius(predictions[i], round.margin_px).array() + kMaxSide_px * round.reduction;
     for (std::size_t k = 0; k < all; ++k) {
       const PatchPrediction& other = predictions[(from + k) % all];
       if (((other.pixel - predictions[i].pixel).array().abs() <= clear).all()) continue;
-      auto drawn = Drawn(task, round.view, other);
+      auto drawn = Drawn(task, round.view, other, round.reduction);
       if (drawn) drawn->predicted_px = predictions[i].pixel;
       return drawn;
     }

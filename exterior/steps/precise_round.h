@@ -1,4 +1,5 @@
-// One round of matching and resection at full resolution. Private to exterior.
+// One round of matching and resection at full resolution, or where the patches' pixels are several
+// times as large as the photo's, at theirs. Private to exterior.
 #pragma once
 
 #include <optional>
@@ -14,6 +15,7 @@ namespace orient::exterior {
 
 struct PreciseRound {
   PhotoView view;        // under which the patches were drawn and searched for
+  int reduction = 1;     // at which they were
   double margin_px = 0;  // of the windows, beyond what the view's covariance says
   std::vector<PatchPrediction> predictions;
   std::vector<UnseenPatch> not_visible;
@@ -26,9 +28,14 @@ struct PreciseRound {
   std::vector<double> windows_px2;  // one per prediction: where it was searched for
 };
 
-// Matches the patches that a view shows around where it shows them.
+// The reduction at which patches are matched precisely: so many of the photo's pixels lie in one of
+// the patches that it shows (median, rounded down). A finer photo shows only its grain more
+// largely.
+int PreciseReduction(const PhotoTask& task, const PoseTrack& track);
+
+// Matches the patches that a view shows around where it shows them. `margin_px`: of the reduction.
 PreciseRound MatchAll(const PhotoTask& task, const PhotoView& view, const Matrix6d& covariance,
-                      double margin_px);
+                      double margin_px, int reduction);
 
 // The pose from the round's matches; none where too few agree.
 void Resect(const PhotoTask& task, const PoseTrack& track, PreciseRound* round);
@@ -38,9 +45,9 @@ void Resect(const PhotoTask& task, const PoseTrack& track, PreciseRound* round);
 // for the pose. Returns the round unchanged if the pose does not hold.
 PreciseRound Complete(const PhotoTask& task, const PoseTrack& track, const PreciseRound& settled);
 
-// Patches in one square of a patch's size overlap and are one piece of evidence.
+// Patches in one square of a patch's size at the reduction overlap and are one piece of evidence.
 using Square = std::pair<long, long>;
-Square SquareOf(const PatchPrediction& prediction);
+Square SquareOf(const PatchPrediction& prediction, int reduction);
 
 // Patches that cannot be where they are searched for, and how many are found all the same.
 struct DecoyMatches {

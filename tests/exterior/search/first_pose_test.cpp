@@ -405,7 +405,7 @@ TEST_F(Descending, VotesAtEveryLevelAboveFullResolution) {
   for (const auto& [from, rounds] : {std::pair(8, 3u), {4, 2u}, {2, 1u}, {1, 1u}}) {
     PoseTrack track = From(from);
     const double before = WorstError(track.pose);
-    Descend(Task(), &track);
+    Descend(Task(), 1, &track);
     EXPECT_EQ(track.rounds.size(), rounds) << from;
     EXPECT_EQ(track.rounds.front().window_px, 99) << "what led here stays told";
     EXPECT_EQ(track.trials, 7);
@@ -423,7 +423,7 @@ TEST_F(Descending, VotesAtEveryLevelAboveFullResolution) {
 TEST_F(Descending, TakesNoEvidenceAway) {
   PoseTrack track = From(4);
   track.log10_false_alarms = -1000;
-  Descend(Task(), &track);
+  Descend(Task(), 1, &track);
   ASSERT_EQ(track.rounds.size(), 2u);
   EXPECT_EQ(track.log10_false_alarms, -1000);
 }
@@ -431,12 +431,12 @@ TEST_F(Descending, TakesNoEvidenceAway) {
 TEST_F(Descending, FourPatchesMoveThePoseAndThreeLeaveItAsItIs) {
   KeepVisible(4);
   PoseTrack track = From(4);
-  Descend(Task(), &track);
+  Descend(Task(), 1, &track);
   EXPECT_EQ(track.rounds.size(), 2u);
   EXPECT_NE(track.pose.position_m, From(4).pose.position_m);
   KeepVisible(3);
   track = From(4);
-  Descend(Task(), &track);
+  Descend(Task(), 1, &track);
   EXPECT_EQ(track.rounds.size(), 1u);
   EXPECT_EQ(track.pose.position_m, From(4).pose.position_m);
   EXPECT_EQ(track.reduction, 4);

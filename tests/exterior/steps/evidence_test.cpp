@@ -17,7 +17,7 @@ class RoundOfTexture : public testing::Test {
     sigma << 1, 1, 1, 0.001, 0.001, 0.001;
     photo_.prior.covariance = sigma.cwiseAbs2().asDiagonal();
     const PhotoTask task{photo_, world_.File(), patches, options_};
-    PreciseRound round = MatchAll(task, world_.View(), photo_.prior.covariance, 20);
+    PreciseRound round = MatchAll(task, world_.View(), photo_.prior.covariance, 20, 1);
     decoys_ = MatchDecoys(task, round);
     return round;
   }
