@@ -3,7 +3,7 @@
 
     worlds.py PROGRAM FOLDER [--worlds parcels turned mountain] [--harvests default 60 60+views 30]
               [--starts 1m 10m 30m 100m] [--kappa known unknown] [--draws 5] [--seed 1] [--jobs 0]
-              [--elsewhere] [--again]
+              [--elsewhere] [--finer 1] [--again]
     worlds.py --self-test        Tests the geometry: on a synthetic photo, on the worlds if present.
 
 PROGRAM is a path to `orient`. The worlds, blocks from another simulator, are read from
@@ -18,7 +18,8 @@ and 100m with 10 degrees. The random numbers of a draw are the same for all star
 all harvests. Unknown kappa is instead drawn from the full circle, and run with --kappa-sigma-deg
 180. With --elsewhere, the patches are those of another world at the same
 coordinates, whose ground looks different: no photo can be oriented, and the time is that of
-searching in vain.
+searching in vain. With --finer N, the photos are enlarged N times (gdal_translate, cubic), as if
+they had been scanned with pixels so much smaller than those of the patches.
 
 RMS px: the RMS distance over the whole frame, in scan pixels, between the projections of ground
 points on the DEM by the estimated film transform and pose and their true positions; the table has
@@ -58,15 +59,28 @@ WRONG_PX = 1.0
 RECORD = "worlds.json"
 TRUTH = "truth.csv"  # true poses of a world's photos, for exterior_matches
 # The key of a run; program: a digest.
-Run = collections.namedtuple("Run", "program world harvest start kappa seed draw elsewhere",
-                             defaults=[False])
+Run = collections.namedtuple("Run", "program world harvest start kappa seed draw elsewhere finer",
+                             defaults=[False, 1])
 
 
 class World:
     def __init__(self, place, home):
         self.place, self.home, self.name, self.truth = place, home, place.name, Truth(place)
 
-    def prepare(self, program, harvests):
+    def scans(self, finer):
+        return self.home / f"scans_{finer}" if finer > 1 else self.place / "scans"
+
+    def interior(self, finer):
+        return self.home / (f"interior_{finer}" if finer > 1 else "interior")
+
+    def enlarge(self, finer, out):
+        (self.home / out).mkdir()
+        for scan in sorted((self.place / "scans").glob("*.tif")):
+            subprocess.run(["gdal_translate", "-q", "-r", "cubic", "-outsize", f"{finer}00%",
+                            f"{finer}00%", "-co", "TILED=YES", scan, self.home / out / scan.name],
+                           check=True)
+
+    def prepare(self, program, harvests, finer):
         """Makes missing interior orientations and patch databases; yields their names."""
         place, home, old = self.place, self.home, sorted((self.place / "old_scans").glob("*.tif"))
         home.mkdir(parents=True, exist_ok=True)
@@ -82,6 +96,13 @@ class World:
                 "interior", *sorted((place / f"{kind}scans").glob("*.tif")), "--camera", camera,
                 "--orientation", scan["d4"], "--pixel-size-um", scan["pixel_size_um"],
                 "--out", out)
+        if finer > 1:
+            scan = next(iter(self.truth.photos.values()))
+            works[self.scans(finer).name] = lambda out: self.enlarge(finer, out)
+            works[self.interior(finer).name] = lambda out: job.run(
+                "interior", *sorted(self.scans(finer).glob("*.tif")), "--camera",
+                place / "camera.toml", "--orientation", scan["d4"], "--pixel-size-um",
+                scan["pixel_size_um"] / finer, "--out", out)
         for kind in harvests:
             works[f"patches_{kind}.gpkg"] = lambda out, kind=kind: harvest(
                 job, out, f"EPSG:{self.truth.all['epsg']}", *old, "--interior", "old_interior",
@@ -113,12 +134,13 @@ class World:
         """A table of orientations, made by `moved_table`."""
         return moved_table((self.place / "approx_coarse.csv").read_text(encoding="utf-8"), elements)
 
-    def judged(self, photo, folder):
+    def judged(self, photo, folder, finer):
         result = json.loads((folder / f"{photo}.exterior.json").read_text(encoding="utf-8"))
         rms_px = stated_px = None
         if result.get("pose") and result["status"] != "failed":
-            film = self.home / "interior" / f"{photo}.interior.json"
+            film = self.interior(finer) / f"{photo}.interior.json"
             film = json.loads(film.read_text(encoding="utf-8"))["photo_from_pixel"]
+            film = [[finer * row[0], finer * row[1], row[2]] for row in film]  # of scan pixels
             rms_px = self.truth.rms_px(photo, result["pose"], film)
             stated_px = self.truth.stated_px(photo, result["pose"], result["covariance"], film)
         states = collections.Counter(patch["state"] for patch in result.get("patches", []))
@@ -139,9 +161,9 @@ class World:
         shutil.copyfile(self.place / "approx_coarse.prj", folder / "approx.prj")
         position_m, attitude_deg = STARTS[run.start]
         patches_of = elsewhere(self.name) if run.elsewhere else self.name
-        line = [program, "exterior", *sorted((self.place / "scans").glob("*.tif")),
+        line = [program, "exterior", *sorted(self.scans(run.finer).glob("*.tif")),
                 "--camera", self.place / "camera.toml", "--dem", self.place / "dem.tif",
-                "--approximations", folder / "approx.csv", "--interior", self.home / "interior",
+                "--approximations", folder / "approx.csv", "--interior", self.interior(run.finer),
                 "--patchdb", self.home.parent / patches_of / f"patches_{run.harvest}.gpkg",
                 "--no-feedback",
                 "--position-sigma-m", position_m, "--attitude-sigma-deg", attitude_deg,
@@ -156,7 +178,7 @@ class World:
         return {**run._asdict(), "jobs": jobs, "exit_code": code,
                 "seconds_per_photo": (used.ru_utime + used.ru_stime) / len(names),
                 "memory_mb": used.ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10),
-                "photos": {photo: self.judged(photo, folder) if code in (0, 3) else died
+                "photos": {photo: self.judged(photo, folder, run.finer) if code in (0, 3) else died
                            for photo in names}}
 
 
@@ -258,7 +280,7 @@ def work(told, program, folder, wanted, record):
     sources = map(elsewhere, told.worlds) if told.elsewhere else []
     for name in dict.fromkeys([*told.worlds, *sources]):
         worlds[name] = World(data / name, folder / name)
-        for made in worlds[name].prepare(program, dict.fromkeys(told.harvests)):
+        for made in worlds[name].prepare(program, dict.fromkeys(told.harvests), told.finer):
             record.made[made] = digest
             record.write()
     others = [made for made, by in record.made.items()
@@ -285,7 +307,7 @@ def main(arguments):
     for name, choices in (("worlds", WORLDS), ("harvests", HARVESTS), ("starts", STARTS),
                           ("kappa", KAPPAS)):
         parser.add_argument(f"--{name}", nargs="+", choices=choices, default=list(choices))
-    for name, value in (("draws", 5), ("seed", 1), ("jobs", 0)):
+    for name, value in (("draws", 5), ("seed", 1), ("jobs", 0), ("finer", 1)):
         parser.add_argument(f"--{name}", type=int, default=value)
     parser.add_argument("--elsewhere", action="store_true")
     parser.add_argument("--again", action="store_true")
@@ -297,12 +319,12 @@ def main(arguments):
     absent = [name for name in needed if not (data / name / "truth.json").is_file()]
     if absent:
         sys.exit(f"no {', '.join(absent)} in {data}: set ORIENT_SHARED_DATA to the shared data")
-    if told.draws < 1:
-        sys.exit("--draws: at least 1")
+    if told.draws < 1 or told.finer < 1:
+        sys.exit("--draws, --finer: at least 1")
     digest = hashlib.sha256(program.read_bytes()).hexdigest()
     record = Record(folder / RECORD)
     parts = [dict.fromkeys(part) for part in (told.worlds, told.harvests, told.starts, told.kappa)]
-    wanted = [Run(digest, *key, told.seed, draw, told.elsewhere) for draw in range(1, told.draws + 1)
+    wanted = [Run(digest, *key, told.seed, draw, told.elsewhere, told.finer) for draw in range(1, told.draws + 1)
               for key in itertools.product(*parts)]
     stopped = None
     try:
