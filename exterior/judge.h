@@ -14,7 +14,7 @@ namespace orient::exterior {
 
 // The evidence for and against a pose: what was found before its truth was assumed.
 struct JudgedMatches {
-  int sought = 0, matched = 0, agreeing = 0;  // patches at full resolution
+  int sought = 0, matched = 0, agreeing = 0;  // patches, by precise matching
   int places = 0;                             // where they agree; patches that overlap are one
   double log10_false_alarms = 0;              // of chance having led to as many
   bool proven_before = false;                 // by the search that led to the pose, at its level
@@ -71,7 +71,7 @@ Finding NothingAlike(bool complete);
 // `round`: the first round, with too few agreeing patches; `wide`: a search of the whole photo, to
 // which `complete` (as above) refers.
 Finding NoConsensus(const LoopRound& round, bool wide, bool complete);
-// No pose at full resolution: of the `sought` patches, `matched` were matched.
+// No pose by precise matching: of the `sought` patches, `matched` were matched.
 Finding NoPreciseResection(int matched, int sought);
 // A search of the whole photo that could not be made.
 Finding NotSearchedAsAWhole();

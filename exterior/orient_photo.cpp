@@ -178,7 +178,7 @@ TriedPatches ToRemedy(const PhotoTask& task, const PreciseRound& round) {
   std::vector<double> sides_px;
   for (const PatchPrediction& p : round.predictions)
     if (const auto side_px = PatchSide(round.view, task.patches[p.patch]))
-      sides_px.push_back(*side_px);
+      sides_px.push_back(*side_px / round.reduction);
   if (!sides_px.empty()) tried.side_px = Median(std::move(sides_px));
   return tried;
 }
@@ -254,7 +254,7 @@ ExteriorResult Failed(const PhotoTask& task, const Finding& why, const PreciseRo
   return result;
 }
 
-// Failed before any match at full resolution. `track`: the pose reached so far, null if none. The
+// Failed before any precise match. `track`: the pose reached so far, null if none. The
 // patches are those visible under it, none of which was found in agreement with others.
 ExteriorResult FailedEarly(const PhotoTask& task, const Finding& why, const PoseTrack* track) {
   const PosePrior& prior = task.photo.prior;
@@ -287,7 +287,7 @@ bool MayBeARepetition(const SettledPose& pose) {
 
 // The pose found if the approximation's sigmas are taken to be several times the stated ones, but
 // judged against the approximation as stated; empty if it would not be accepted.
-std::optional<SettledPose> FoundBeyond(const PhotoTask& task, bool at_edge) {
+std::optional<SettledPose> FoundBeyond(const PhotoTask& task, int reduction, bool at_edge) {
   PhotoToOrient photo = task.photo;
   photo.prior.covariance *= kTimesStated * kTimesStated;
   const PhotoTask beyond{photo, task.image, task.patches, task.options};
@@ -295,7 +295,6 @@ std::optional<SettledPose> FoundBeyond(const PhotoTask& task, bool at_edge) {
   if (!track || track->log10_false_alarms > task.options.max_log10_false_alarms)
     return std::nullopt;
   SettledPose found{*std::move(track), {}, {}};
-  const int reduction = PreciseReduction(beyond, found.track);
   Descend(beyond, reduction, &found.track);
   if (found.track.log10_false_alarms > task.options.max_log10_false_alarms) return std::nullopt;
   found.rounds = Refine(beyond, reduction, &found.track);
@@ -377,7 +376,7 @@ ExteriorResult OrientPhoto(const PhotoToOrient& photo, const PhotoImage& image,
   if (const auto objection = WhyNotAccepted(pose.matches, options))
     return Failed(task, *objection, settled, pose.track.rounds);
   if (!options.wide && MayBeARepetition(pose))
-    if (auto beyond = FoundBeyond(task, settled.estimate->prior_chi2 > kChi2AtEdge);
+    if (auto beyond = FoundBeyond(task, reduction, settled.estimate->prior_chi2 > kChi2AtEdge);
         beyond && beyond->matches.agreeing > pose.matches.agreeing)
       return ResultOf(task, *std::move(beyond));
   return ResultOf(task, std::move(pose));

@@ -32,7 +32,8 @@ TABLE = {
     "core/geometry": (["core/base"], {"Eigen", "Ceres"}),
     "core/terrain": (["core/base", "core/geometry"], {"Eigen", "GDAL"}),
     "core/raster": (["core/base"], {"Eigen", "OpenCV", "GDAL", "libdeflate", "libspng"}),
-    "core/matching": (["core/base", "core/geometry", "core/raster"], {"Eigen", "OpenCV"}),
+    "core/matching": (["core/base", "core/geometry", "core/raster"],
+                      {"Eigen", "OpenCV", "intrinsics"}),
     "core/files": (["core/base", "core/geometry", "core/terrain"],
                    {"Eigen", "toml++", "nlohmann-json"}),
     "core/measurements": (["core/base", "core/geometry", "core/files"], {"Eigen"}),
@@ -92,6 +93,7 @@ MOST_FILES, MOST_LINES = 40, 400
 # Patterns for the headers of external libraries.
 LIBRARIES = {
     "Eigen": r"(unsupported/)?Eigen/",
+    "intrinsics": r"immintrin\.h$",  # of the compiler
     "Boost.Math": r"boost/math/",
     "Ceres": r"ceres/",
     "fmt": r"fmt/",
@@ -111,7 +113,7 @@ LIBRARIES = {
     "RapidCheck": r"rapidcheck(\.h$|/)",
 }
 # Headers of the C++ standard library have neither folder nor extension; of POSIX, we use these.
-STANDARD = re.compile(r"^([a-z_0-9]+|(immintrin|unistd|fcntl|fnmatch|glob|malloc|signal|dlfcn|execinfo|dirent|pwd)\.h|sys/[a-z]+\.h)$")
+STANDARD = re.compile(r"^([a-z_0-9]+|(unistd|fcntl|fnmatch|glob|malloc|signal|dlfcn|execinfo|dirent|pwd)\.h|sys/[a-z]+\.h)$")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 DEFINED_TYPE = re.compile(r"^(?:struct|class|enum class) (\w+)\s*(?:final\s*)?(?:[:{]|$)")
 VAGUE_NAME = re.compile(r"(^|_)(utils?|common|misc)(_|$)")

@@ -150,15 +150,15 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "chance could produce that. Either the approximation is worse than its stated accuracy, or "
        "the patches do not show this place, or the scene has changed"},
       {Reason::kTooFewPreciseMatches, "too_few_precise_matches",
-       "at full resolution only {value:.0f} patches could be matched, {limit:.0f} are needed"},
+       "only {value:.0f} patches could be matched precisely, {limit:.0f} are needed"},
       {Reason::kMatchesAgreeOnNoPose, "matches_agree_on_no_pose",
-       "at full resolution {value:.0f} of {limit:.0f} patches were matched, but no pose fits them"},
+       "{value:.0f} of {limit:.0f} patches were matched precisely, but no pose fits them"},
       {Reason::kTooFewAgree, "too_few_agree",
        "only {value:.0f} patches agree, at least {limit:.0f} are needed"},
       {Reason::kPatchesOverlap, "patches_overlap",
        "the patches that agree overlap: only {value:.0f} places, at least {limit:.0f} are needed"},
       {Reason::kAgreementMayBeChance, "agreement_may_be_chance",
-       "at full resolution only {value:.0f} of {limit:.0f} patches agree: chance could produce "
+       "matched precisely, only {value:.0f} of {limit:.0f} patches agree: chance could produce "
        "that"},
       {Reason::kMostContradict, "most_contradict",
        "more than half of the matched patches contradict the pose"},

@@ -288,8 +288,8 @@ namespace {
 
 constexpr std::size_t kFewestSought = 4;  // patches: any three agree on a pose
 constexpr std::size_t kKappaBatches = 3;
-// Pixels of all sectors: some 7 s of processor time. Where kappa is stated, a few patches in each
-// show whether it is wrong.
+// Pixels of all sectors: some 7 s of processor time. Where kappa is stated, its own sector and
+// those of the usual mistakes come first.
 constexpr double kMostInSectors = 1e8, kMostIfKappaIsStated = 4e7;
 
 }  // namespace
@@ -347,7 +347,7 @@ std::optional<PoseTrack> Confirmed(const PhotoTask& task, const PoseTrack& rough
 }
 
 void Descend(const PhotoTask& task, int finest, PoseTrack* track) {
-  for (int reduction = track->reduction / 2; reduction > finest; reduction /= 2)
+  for (int reduction = track->reduction / 2; reduction > 1 && reduction >= finest; reduction /= 2)
     VoteAround(task, reduction, 1.5 * track->reduction, track);
 }
 

@@ -32,7 +32,7 @@ Finding WhyNoFirstPose(const PhotoTask& task);
 // The pose that the patches around a rough one agree on; empty where too few do.
 std::optional<PoseTrack> Confirmed(const PhotoTask& task, const PoseTrack& rough);
 
-// Halves the reduction until `finest`, or a finer one, is the next.
+// Halves the reduction while it stays above full resolution and is no finer than `finest`.
 void Descend(const PhotoTask& task, int finest, PoseTrack* track);
 
 }  // namespace orient::exterior

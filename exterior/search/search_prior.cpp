@@ -70,12 +70,19 @@ std::vector<PosePrior> KappaSectors(const PosePrior& prior, bool all) {
   constexpr double kSector_rad = 2 * std::numbers::pi / kKappaSectors;
   const double variance = prior.covariance(5, 5);
   const double allowed_rad = all ? std::numbers::pi : 3 * std::sqrt(variance) + kSector_rad / 2;
+  std::vector<int> order;  // in steps from the prior's own
+  for (int k = 0; k < kKappaSectors; ++k)
+    if (std::abs(Outwards(k)) * kSector_rad <= allowed_rad) order.push_back(Outwards(k));
+  const auto rank = [](int steps) {
+    if (steps == 0) return 0;
+    return 2 * std::abs(steps) == kKappaSectors ? 1 : 4 * std::abs(steps) == kKappaSectors ? 2 : 3;
+  };
+  if (std::ssize(order) == kKappaSectors)
+    std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return rank(a) < rank(b); });
   std::vector<PosePrior> sectors;
-  for (int k = 0; k < kKappaSectors; ++k) {
-    const double off_rad = Outwards(k) * kSector_rad;
-    if (std::abs(off_rad) > allowed_rad) break;
+  for (const int steps : order) {
     PosePrior sector = prior;
-    sector.pose.opk_rad.z() += off_rad;
+    sector.pose.opk_rad.z() += steps * kSector_rad;
     sector.covariance.row(5).setZero();
     sector.covariance.col(5).setZero();
     const double anywhere = kSector_rad * kSector_rad / 12;

@@ -33,8 +33,9 @@ PosePrior Widened(const PosePrior& prior, double ground_height_m);
 inline constexpr double kHeightStep = 1.2;
 std::vector<double> HeightFactors(const PosePrior& prior, double ground_height_m);
 
-// The prior with kappa in one sector each, outwards from its own: those that its accuracy (three
-// sigma) allows, or all. Kappa may be anywhere in its sector, unless it is known better.
+// The prior with kappa in one sector each: its own first; then, of those that its accuracy (three
+// sigma) allows, outwards; of all, the opposite one (a strip flown the other way), those at right
+// angles, and the others outwards. Kappa may be anywhere in its sector, unless it is known better.
 inline constexpr int kKappaSectors = 16;
 std::vector<PosePrior> KappaSectors(const PosePrior& prior, bool all);
 

@@ -220,11 +220,15 @@ WholePhotoSearch SearchAtEveryKappa(const PhotoTask& task) {
                     KeypointTrials(task) + (known ? KappaTrials(task) : 0));
   WholePhotoSearch search = SearchByKeypoints(task, ground_m, places.Trials());
   if (Convinces(search.track, task.options)) return search;
-  // If the position is truly known, single patches show more than tiles of their mosaic.
-  if (!known || task.options.prior_failed) search.Add(places.Run());
-  // With a window for each patch, fewer patches than in the other searches show the pose.
-  if (known && !Convinces(search.track, task.options))
-    search.Add(FirstPoseByKappa(task, places.Trials()));
+  const bool trusted = known && !task.options.prior_failed;
+  if (!trusted) search.Add(places.Run());
+  if (!known || Convinces(search.track, task.options)) return search;
+  // With a window for each patch, fewer patches than in the other searches show the pose. If the
+  // position is truly known, this shows more than tiles do, unless all windows are too large.
+  WholePhotoSearch in_sectors = FirstPoseByKappa(task, places.Trials());
+  const bool searched = in_sectors.searched;
+  search.Add(std::move(in_sectors));
+  if (trusted && !searched) search.Add(places.Run());
   return search;
 }
 

@@ -1,9 +1,9 @@
 // The first round where the approximation is too poor for a search window around each patch: its
 // keypoints are compared with the patches' (keypoint_search.h). Where they show no pose and the
-// position is not truly known, the whole photo is searched, at every kappa and several scales, for
-// tiles of the mosaic that the patches make together, and the tiles vote. Last, where the position
-// is known, every patch is searched for in a window of its own, kappa by kappa (first_pose.h).
-// Private to exterior.
+// approximation is not believed, the whole photo is searched, at every kappa and several scales,
+// for tiles of the mosaic that the patches make together, and the tiles vote. Last, where the
+// position is known, every patch is searched for in a window of its own, kappa by kappa
+// (first_pose.h), or if all windows are too large, for tiles as well. Private to exterior.
 #pragma once
 
 #include <optional>

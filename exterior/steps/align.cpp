@@ -104,6 +104,12 @@ std::optional<double> PatchSide(const PhotoView& view, const patchdb::Patch& pat
   return SideOf(patch, in_scan->chip_per_pixel);
 }
 
+std::optional<double> PatchPixel(const PhotoView& view, const patchdb::Patch& patch) {
+  const auto in_scan = InScan(view, patch);
+  if (!in_scan) return std::nullopt;
+  return 1 / std::sqrt(std::abs(in_scan->chip_per_pixel.determinant()));
+}
+
 std::optional<AlignedPatch> AlignPatch(const PhotoView& view, const patchdb::Patch& patch,
                                        double reduction, int min_side, int max_side) {
   const auto in_scan = InScan(view, patch);

@@ -24,6 +24,10 @@ struct AlignedPatch {
 // seen.
 std::optional<double> PatchSide(const PhotoView& view, const patchdb::Patch& patch);
 
+// Side of one of the chip's pixels in scan pixels, where the patch lies. Empty where the point is
+// not seen.
+std::optional<double> PatchPixel(const PhotoView& view, const patchdb::Patch& patch);
+
 // The largest square that the chip covers, at `reduction` scan pixels per pixel, but at most
 // `max_side` pixels. Chips finer than the photo are area-averaged, coarser ones interpolated. Empty
 // where the point is not seen or the square would be smaller than `min_side`.

@@ -1,4 +1,4 @@
-// What the matches at full resolution prove: whether chance could have made as many agree. Private
+// What the precise matches prove: whether chance could have made as many agree. Private
 // to exterior.
 #pragma once
 

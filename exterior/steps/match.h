@@ -44,7 +44,7 @@ std::vector<Candidate> FindCandidates(const AlignedPatch& patch, const PhotoImag
                                       const Eigen::Vector2d& radius_px,
                                       const CandidateOptions& options);
 
-// The outcome of precise matching at the photo's full resolution.
+// The outcome of precise matching; pixels of the scan.
 struct PreciseMatch {
   Eigen::Vector2d pixel;           // scan; meaningful where `found`
   Eigen::Matrix2d covariance_px2;  // of least-squares matching
@@ -63,7 +63,7 @@ struct PreciseOptions {
   bool edges = false;
 };
 
-// A patch that is searched for at full resolution: correlated with its window of the photo once,
+// A patch that is searched for precisely: correlated with its window of the photo once,
 // whatever is asked of it then.
 class PreciseSearch {
  public:

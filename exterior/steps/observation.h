@@ -38,6 +38,8 @@ struct CommonErrors {
   // which it fades, both in scan pixels; zero for digital cameras.
   double film_sigma_px = 0;
   double film_correlation_px = 1;
+  // At which the photo was matched: side of one of its pixels, scan pixels.
+  int reduction = 1;
   // Half of the frame's longer side, scan pixels.
   double half_frame_px = 1000;
   // Correlation length of height errors, and of others that fade over the ground.

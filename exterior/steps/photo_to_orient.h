@@ -37,7 +37,7 @@ struct PhotoToOrient {
   const GroundSurface* surface = nullptr;  // the terrain, which may hide patches; null: none does
 };
 
-// Sides of an aligned patch at a coarse level and at full resolution.
+// Sides of an aligned patch, pixels of the resolution at which it is searched for.
 inline constexpr int kMinSide_px = 15;
 inline constexpr int kMaxSide_px = 61;
 

@@ -8,7 +8,6 @@
 #include <set>
 
 #include "core/base/chi_square.h"
-#include "core/base/median.h"
 #include "core/base/side_by_side.h"
 #include "core/raster/resample.h"
 #include "exterior/steps/align.h"
@@ -96,14 +95,20 @@ bool MatchDrawn(const PhotoTask& task, const PreciseRound& round,
 }  // namespace
 
 int PreciseReduction(const PhotoTask& task, const PoseTrack& track) {
+  constexpr std::size_t kAsked = 200;     // patches tell
+  constexpr double kNearly = 0.9;         // of a whole number: the pose is not precise yet
+  constexpr double kMostReduction = 4.0;  // errors of the photo itself are stated in its own pixels
   const PhotoView view = task.View(track.position, track.pose);
-  std::vector<double> ratios;
-  for (const PatchPrediction& seen :
-       Predict(view, track.covariance, task.patches, task.Prediction())) {
-    const patchdb::Patch& patch = task.patches[seen.patch];
-    ratios.push_back(patch.gsd_m / view.GroundPixel(patch.ground_m.z()));
-  }
-  return ratios.empty() ? 1 : std::max(1, static_cast<int>(Median(std::move(ratios))));
+  const auto visible = Predict(view, track.covariance, task.patches, task.Prediction());
+  std::vector<double> sides_px;
+  for (std::size_t i = 0; i < visible.size(); i += 1 + visible.size() / kAsked)
+    if (const auto side_px = PatchPixel(view, task.patches[visible[i].patch]))
+      sides_px.push_back(*side_px);
+  if (sides_px.empty()) return 1;
+  // The finer ones decide, as they would become too small.
+  const auto quartile = sides_px.begin() + static_cast<std::ptrdiff_t>(sides_px.size() / 4);
+  std::nth_element(sides_px.begin(), quartile, sides_px.end());
+  return static_cast<int>(std::clamp(*quartile / kNearly, 1.0, kMostReduction));
 }
 
 PreciseRound MatchAll(const PhotoTask& task, const PhotoView& view, const Matrix6d& covariance,
@@ -145,8 +150,9 @@ void Resect(const PhotoTask& task, const PoseTrack& track, PreciseRound* round) 
                                          match.covariance_px2, round->view));
   }
   if (observations.empty()) return;
-  const CommonErrors common =
+  CommonErrors common =
       CommonErrorsOf(track.position, round->view, observations.front().ground_m.z());
+  common.reduction = round->reduction;
   round->estimate = EstimatePose(round->view, task.photo.prior, observations, common);
   if (round->estimate && round->estimate->prior_chi2 <= kPriorChi2Limit) return;
   // With a prior that is far off there may be no solution at all.

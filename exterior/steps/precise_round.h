@@ -28,9 +28,9 @@ struct PreciseRound {
   std::vector<double> windows_px2;  // one per prediction: where it was searched for
 };
 
-// The reduction at which patches are matched precisely: so many of the photo's pixels lie in one of
-// the patches that it shows (median, rounded down). A finer photo shows only its grain more
-// largely.
+// The reduction at which patches are matched precisely: so many of the photo's pixels lie side by
+// side in one of the patches' (lower quartile, rounded down), four at most. A photo finer than they
+// are shows only its grain more largely.
 int PreciseReduction(const PhotoTask& task, const PoseTrack& track);
 
 // Matches the patches that a view shows around where it shows them. `margin_px`: of the reduction.

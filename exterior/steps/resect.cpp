@@ -119,14 +119,15 @@ void FillResiduals(const PhotoView& view, const std::vector<PatchObservation>& o
 }
 
 constexpr int kAddedNoisePasses = 3;
-constexpr double kMostAdded_px = 2;
+constexpr double kMostAdded_px = 2;  // of the resolution at which was matched
 // Log likelihood by which a common factor must explain the residuals better than an added variance:
 // few residuals hardly decide, and only the latter keeps gross errors from hiding in poor textures.
 constexpr double kClearlyBetter = 5;
 
 // Variance, px^2, that must be added to all for the median residual to be as expected.
 double AddedVariance(const PhotoView& view, const std::vector<ControlObservation>& control,
-                     const std::vector<Eigen::Vector2d>& residuals_mm, double already_px2) {
+                     const std::vector<Eigen::Vector2d>& residuals_mm, double already_px2,
+                     double most_px2) {
   const Eigen::Matrix2d pixel_mm2 = view.photo_from_pixel.A * view.photo_from_pixel.A.transpose();
   const auto factor = [&](double added_px2) {
     std::vector<ControlObservation> with = control;
@@ -134,7 +135,7 @@ double AddedVariance(const PhotoView& view, const std::vector<ControlObservation
     return MedianVarianceFactor(with, residuals_mm);
   };
   if (factor(0) <= 1) return 0;
-  double low = 0, high = kMostAdded_px * kMostAdded_px;
+  double low = 0, high = most_px2;
   for (int i = 0; i < 40; ++i) {
     const double middle = (low + high) / 2;
     (factor(middle) > 1 ? low : high) = middle;
@@ -168,7 +169,8 @@ std::vector<PatchObservation> Added(std::vector<PatchObservation> observations,
 // variance common to all is added: otherwise the best textures, displaced least by noise, would get
 // most weight, and gross errors would go unnoticed beside their residuals.
 double VarianceToAdd(const PhotoView& view, const PosePrior& prior,
-                     const std::vector<PatchObservation>& matched) {
+                     const std::vector<PatchObservation>& matched, int reduction) {
+  const double most_px2 = std::pow(kMostAdded_px * reduction, 2);
   std::vector<std::size_t> all(matched.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   ResectionOptions robust;
@@ -183,7 +185,7 @@ double VarianceToAdd(const PhotoView& view, const PosePrior& prior,
     const double factor = MedianVarianceFactor(control, fit->residuals_mm);
     (i == 0 ? of_factor : of_sum) =
         LogLikelihood(control, fit->residuals_mm, std::max(factor, 1.0));
-    const double now_px2 = AddedVariance(view, control, fit->residuals_mm, added_px2);
+    const double now_px2 = AddedVariance(view, control, fit->residuals_mm, added_px2, most_px2);
     if (now_px2 == 0) return 0;
     with = Added(matched, now_px2);
     added_px2 = now_px2;
@@ -253,7 +255,7 @@ std::optional<PoseEstimate> EstimatePose(const PhotoView& view, const PosePrior&
                                          const std::vector<PatchObservation>& matched,
                                          const CommonErrors& common) {
   if (matched.size() < kMinObservations) return std::nullopt;
-  const double added_px2 = VarianceToAdd(view, prior, matched);
+  const double added_px2 = VarianceToAdd(view, prior, matched, common.reduction);
   const std::vector<PatchObservation> observations = Added(matched, added_px2);
   auto fit = SnoopAndFit(view, prior, observations, common);
   if (!fit) return std::nullopt;

@@ -16,10 +16,10 @@ current run.
 A start is the sigma of Gaussian errors added to the true poses: 1m with 1', 10m with 3 degrees, 30m
 and 100m with 10 degrees. The random numbers of a draw are the same for all starts, scaled, and for
 all harvests. Unknown kappa is instead drawn from the full circle, and run with --kappa-sigma-deg
-180. With --elsewhere, the patches are those of another world at the same
-coordinates, whose ground looks different: no photo can be oriented, and the time is that of
-searching in vain. With --finer N, the photos are enlarged N times (gdal_translate, cubic), as if
-they had been scanned with pixels so much smaller than those of the patches.
+180. With --elsewhere (parcels and turned only), the patches are those of the other one of the two,
+whose ground lies at the same coordinates and looks different: no photo can be oriented, and the
+time is that of searching in vain. With --finer N, the photos are enlarged N times (gdal_translate,
+cubic), as if they had been scanned with pixels so much smaller than those of the patches.
 
 RMS px: the RMS distance over the whole frame, in scan pixels, between the projections of ground
 points on the DEM by the estimated film transform and pose and their true positions; the table has
@@ -55,6 +55,7 @@ HARVESTS = {"default": [], "60": ["--max-per-photo", 60], "30": ["--max-per-phot
             "60+views": ["--max-per-photo", 60, "--further-views", 3]}
 STARTS = {"1m": (1, 1 / 60), "10m": (10, 3), "30m": (30, 10), "100m": (100, 10)}  # best first
 KAPPAS = ["known", "unknown"]
+ELSEWHERE = {"parcels": "turned", "turned": "parcels"}  # of another look, at the same place
 WRONG_PX = 1.0
 RECORD = "worlds.json"
 TRUTH = "truth.csv"  # true poses of a world's photos, for exterior_matches
@@ -160,7 +161,7 @@ class World:
         (folder / "approx.csv").write_text(self.approximations(run), encoding="utf-8")
         shutil.copyfile(self.place / "approx_coarse.prj", folder / "approx.prj")
         position_m, attitude_deg = STARTS[run.start]
-        patches_of = elsewhere(self.name) if run.elsewhere else self.name
+        patches_of = ELSEWHERE[self.name] if run.elsewhere else self.name
         line = [program, "exterior", *sorted(self.scans(run.finer).glob("*.tif")),
                 "--camera", self.place / "camera.toml", "--dem", self.place / "dem.tif",
                 "--approximations", folder / "approx.csv", "--interior", self.interior(run.finer),
@@ -172,8 +173,8 @@ class World:
         code, used = measured(line, folder / CONSOLE)
         if code in (1, 2):  # usage or input error: not a benchmark result
             raise JobFailed(f"orient exterior: exit code {code}, see {folder / CONSOLE}")
-        died = {"status": "failed", "rms_px": None, "stated_px": None, "wrong": False, "visible": 0, "correlating": 0,
-                "matched": 0, "findings": [f"exit_code_{code}"]}
+        died = {"status": "failed", "rms_px": None, "stated_px": None, "wrong": False,
+                "visible": 0, "correlating": 0, "matched": 0, "findings": [f"exit_code_{code}"]}
         names = self.truth.photos
         return {**run._asdict(), "jobs": jobs, "exit_code": code,
                 "seconds_per_photo": (used.ru_utime + used.ru_stime) / len(names),
@@ -181,10 +182,6 @@ class World:
                 "photos": {photo: self.judged(photo, folder, run.finer) if code in (0, 3) else died
                            for photo in names}}
 
-
-def elsewhere(world):
-    """Another world at the same coordinates."""
-    return "turned" if world == "parcels" else "parcels"
 
 
 def measured(line, console):
@@ -251,7 +248,8 @@ def over_sigma(photos):
 def report(groups):
     """groups: the runs of each (world, harvest, start, kappa)."""
     print(f"{'world':9}{'harvest':9}{'start':6}{'kappa':8}|{'photos':>7}{'ok':>5}{'weak':>5}"
-          f"{'failed':>7}{'wrong':>6}{'RMS px':>8}{'over sigma':>11}{'s median':>9}{'s max':>7}{'MB':>6}  finding")
+          f"{'failed':>7}{'wrong':>6}{'RMS px':>8}{'over sigma':>11}{'s median':>9}{'s max':>7}"
+          f"{'MB':>6}  finding")
     for key, runs in groups.items():
         photos, seconds = photos_of(runs), [run["seconds_per_photo"] for run in runs]
         count = collections.Counter(photo["status"] for photo in photos)
@@ -277,10 +275,11 @@ def work(told, program, folder, wanted, record):
     """Does all runs that are wanted and not yet done."""
     data, worlds = shared_data() / "worlds", {}
     digest = wanted[0].program
-    sources = map(elsewhere, told.worlds) if told.elsewhere else []
+    sources = [ELSEWHERE[name] for name in told.worlds] if told.elsewhere else []
     for name in dict.fromkeys([*told.worlds, *sources]):
         worlds[name] = World(data / name, folder / name)
-        for made in worlds[name].prepare(program, dict.fromkeys(told.harvests), told.finer):
+        finer = told.finer if name in told.worlds else 1
+        for made in worlds[name].prepare(program, dict.fromkeys(told.harvests), finer):
             record.made[made] = digest
             record.write()
     others = [made for made, by in record.made.items()
@@ -315,7 +314,9 @@ def main(arguments):
     program, folder, data = told.program.resolve(), told.folder.resolve(), shared_data() / "worlds"
     if not os.access(program, os.X_OK) or not program.is_file():
         sys.exit(f"{program}: no such program")
-    needed = told.worlds + (list(map(elsewhere, told.worlds)) if told.elsewhere else [])
+    if told.elsewhere:
+        told.worlds = [name for name in told.worlds if name in ELSEWHERE]
+    needed = told.worlds + [ELSEWHERE[name] for name in told.worlds if told.elsewhere]
     absent = [name for name in needed if not (data / name / "truth.json").is_file()]
     if absent:
         sys.exit(f"no {', '.join(absent)} in {data}: set ORIENT_SHARED_DATA to the shared data")
@@ -324,8 +325,8 @@ def main(arguments):
     digest = hashlib.sha256(program.read_bytes()).hexdigest()
     record = Record(folder / RECORD)
     parts = [dict.fromkeys(part) for part in (told.worlds, told.harvests, told.starts, told.kappa)]
-    wanted = [Run(digest, *key, told.seed, draw, told.elsewhere, told.finer) for draw in range(1, told.draws + 1)
-              for key in itertools.product(*parts)]
+    wanted = [Run(digest, *key, told.seed, draw, told.elsewhere, told.finer)
+              for draw in range(1, told.draws + 1) for key in itertools.product(*parts)]
     stopped = None
     try:
         work(told, program, folder, wanted, record)

@@ -420,6 +420,15 @@ TEST_F(Descending, VotesAtEveryLevelAboveFullResolution) {
   }
 }
 
+TEST_F(Descending, EndsAtTheFinestLevelThatIsWanted) {
+  for (patchdb::Patch& patch : patches_) patch = TwiceAsLarge(patch);
+  for (const auto& [finest, rounds] : {std::pair(2, 3u), {3, 2u}, {4, 2u}, {5, 1u}}) {
+    PoseTrack track = From(8);
+    Descend(Task(), finest, &track);
+    EXPECT_EQ(track.rounds.size(), rounds) << finest;
+  }
+}
+
 TEST_F(Descending, TakesNoEvidenceAway) {
   PoseTrack track = From(4);
   track.log10_false_alarms = -1000;

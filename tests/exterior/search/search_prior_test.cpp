@@ -160,6 +160,15 @@ TEST(KappaSectors, AreAllWhereKappaIsOpenAndTheOwnOneComesFirst) {
     EXPECT_NEAR(kappas[i] - kappas[i - 1], 22.5 * kDegree, 1e-12);
 }
 
+TEST(KappaSectors, OfAllTheOppositeOneComesSecondAndThenThoseAtRightAngles) {
+  const auto sectors = KappaSectors(PriorOf(10, 0.01, 1 * kDegree), true);
+  EXPECT_EQ(sectors[0].pose.opk_rad.z(), 0);
+  EXPECT_NEAR(sectors[1].pose.opk_rad.z(), 180 * kDegree, 1e-12);
+  EXPECT_NEAR(sectors[2].pose.opk_rad.z(), 90 * kDegree, 1e-12);
+  EXPECT_NEAR(sectors[3].pose.opk_rad.z(), -90 * kDegree, 1e-12);
+  EXPECT_NEAR(sectors[4].pose.opk_rad.z(), 22.5 * kDegree, 1e-12);
+}
+
 TEST(KappaSectors, AreThoseWithinThreeSigmaUnlessAllAreWanted) {
   const PosePrior prior = PriorOf(10, 0.01, 14 * kDegree);  // 42 degrees reach into the second
   EXPECT_EQ(KappaSectors(prior, false).size(), 5u);

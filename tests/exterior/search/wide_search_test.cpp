@@ -7,6 +7,7 @@
 
 #include "exterior/search/first_pose.h"
 #include "exterior/search/keypoint_search.h"
+#include "exterior/search/search_prior.h"
 #include "exterior/search/whole_photo_search.h"
 #include "tests/support/textured_photo.h"
 
@@ -152,6 +153,36 @@ TEST_F(MountainsSearchedWidely, DoNotConvinceOfAnotherPlace) {
   if (track) {
     EXPECT_GT(track->log10_false_alarms, -3);
   }
+}
+
+// Chips too small for keypoints in a photo too large for windows that wide: tiles remain.
+TEST(SlowSearchedWidely, ByTilesWhereThePositionIsKnownButAllWindowsAreTooLarge) {
+  constexpr int kSide = 1300, kChip = 21;
+  const TexturedPhoto world(kSide, HillsAt, false);
+  PhotoToOrient photo = world.ToOrient();
+  photo.prior.pose = world.View().pose;
+  Vector6d sigma;
+  sigma << 5, 5, 5, 0.35, 0.35, std::numbers::pi;
+  photo.prior.covariance = sigma.cwiseAbs2().asDiagonal();
+  std::vector<patchdb::Patch> patches = world.Patches(world.Ground(), 30, 38);
+  for (patchdb::Patch& patch : patches) {
+    Image chip(kChip, kChip);
+    const int margin = (patch.chip.width - kChip) / 2;
+    for (int row = 0; row < kChip; ++row)
+      for (int col = 0; col < kChip; ++col)
+        chip.At(col, row) = patch.chip.At(col + margin, row + margin);
+    patch.chip = std::move(chip);
+  }
+  const OrientPhotoOptions options;
+  const PhotoTask task{photo, world.File(), patches, options};
+  const double ground_m = MedianGroundHeight(patches);
+  ASSERT_TRUE(IsPositionKnown(photo.prior, ground_m));
+  ASSERT_FALSE(SearchByKeypoints(task, ground_m, 1).searched);
+  ASSERT_FALSE(FirstPoseByKappa(task, 1).searched);
+  const WholePhotoSearch search = SearchWidely(task);
+  EXPECT_TRUE(search.searched);
+  ASSERT_TRUE(search.track);
+  EXPECT_LT(search.track->log10_false_alarms, options.max_log10_false_alarms);
 }
 
 }  // namespace

@@ -2,15 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include "exterior/orient_photo.h"
 #include "tests/support/textured_photo.h"
 
 namespace orient::exterior {
 namespace {
 
 // The ground in pixels of twice the photo's.
-std::vector<patchdb::Patch> CoarsePatches(const TexturedPhoto& world) {
+std::vector<patchdb::Patch> CoarsePatches(const TexturedPhoto& world, int n, double step_m) {
   constexpr int kSide = 35;
-  std::vector<patchdb::Patch> patches = world.Patches(world.Ground(), 2, 130);
+  std::vector<patchdb::Patch> patches = world.Patches(world.Ground(), n, step_m);
   for (patchdb::Patch& patch : patches) {
     patch.gsd_m *= 2;
     patch.chip = Image(kSide, kSide);
@@ -48,6 +49,22 @@ class PreciseRoundOfTexture : public testing::Test {
   OrientPhotoOptions options_;
 };
 
+TEST(APhotoFinerThanItsPatches, IsOkAndItsPrecisionHonest) {
+  const TexturedPhoto world(700, HillsAt, false);
+  PhotoToOrient photo = world.ToOrient();
+  photo.prior.pose = world.View().pose;
+  photo.prior.pose.position_m += Eigen::Vector3d(4, -5, 3);
+  Vector6d sigma;
+  sigma << 6, 6, 6, 0.01, 0.01, 0.01;
+  photo.prior.covariance = sigma.cwiseAbs2().asDiagonal();
+  const ExteriorResult result =
+      OrientPhoto(photo, world.File(), CoarsePatches(world, 3, 150), OrientPhotoOptions());
+  EXPECT_EQ(result.status, Status::kOk) << JoinedSentences(result.findings);
+  const Vector6d off = PoseDifference(*result.pose, world.View().pose);
+  EXPECT_LT(off.head<3>().norm(), 1.5);
+  EXPECT_LT(off.dot(result.covariance->ldlt().solve(off)), 22.5);  // 99.9 %
+}
+
 TEST_F(PreciseRoundOfTexture, IsAtFullResolutionUnlessThePatchesPixelsAreTwiceAsLarge) {
   EXPECT_EQ(Reduction(), 1);
   const auto with = [&](double factor) {
@@ -56,15 +73,17 @@ TEST_F(PreciseRoundOfTexture, IsAtFullResolutionUnlessThePatchesPixelsAreTwiceAs
     return Reduction();
   };
   EXPECT_EQ(with(0.3), 1) << "finer patches";
-  EXPECT_EQ(with(1.8), 1);
-  EXPECT_EQ(with(2.3), 2);
-  EXPECT_EQ(with(3.4), 3);
+  EXPECT_EQ(with(1.5), 1);
+  EXPECT_EQ(with(2.0), 2) << "whatever the pose is off by";
+  EXPECT_EQ(with(2.5), 2);
+  EXPECT_EQ(with(3.2), 3);
+  EXPECT_EQ(with(20), 4);
   patches_.clear();
   EXPECT_EQ(Reduction(), 1) << "nothing is visible";
 }
 
 TEST_F(PreciseRoundOfTexture, MatchesAtTheResolutionOfCoarserPatchesInPixelsOfTheScan) {
-  patches_ = CoarsePatches(world_);
+  patches_ = CoarsePatches(world_, 2, 130);
   ASSERT_EQ(Reduction(), 2);
   const PreciseRound round = MatchAll(Task(), world_.View(), photo_.prior.covariance, 4, 2);
   int found = 0;
@@ -79,6 +98,12 @@ TEST_F(PreciseRoundOfTexture, MatchesAtTheResolutionOfCoarserPatchesInPixelsOfTh
   }
   EXPECT_GE(found, 20);
   EXPECT_EQ(round.margin_px, 8) << "of the scan";
+}
+
+TEST_F(PreciseRoundOfTexture, IsAtFullResolutionIfOnlySomePatchesAreCoarser) {
+  for (std::size_t i = 0; i < patches_.size(); ++i)
+    if (i % 5 < 3) patches_[i].gsd_m *= 2.5;
+  EXPECT_EQ(Reduction(), 1) << "the others would become too small";
 }
 
 // What lies within a patch of each other is one piece of evidence, and patches are larger there.
