@@ -15,14 +15,14 @@ namespace orient::exterior {
 
 struct PreciseRound {
   PhotoView view;        // under which the patches were drawn and searched for
-  int reduction = 1;     // at which they were
   double margin_px = 0;  // of the windows, beyond what the view's covariance says
   std::vector<PatchPrediction> predictions;
   std::vector<UnseenPatch> not_visible;
   std::vector<PreciseMatch> matches;     // one per prediction
-  bool by_gradients = false;             // used for patches that grey values did not find
   std::vector<std::size_t> observed;     // the predictions that were found
   std::optional<PoseEstimate> estimate;  // over the observed
+  int reduction = 1;                     // at which patches were drawn and searched for
+  bool by_gradients = false;             // used for patches that grey values did not find
   bool contradicts_prior = false;        // the estimate then does without it
   double window_px = 0;
   std::vector<double> windows_px2;  // one per prediction: where it was searched for

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Dense>
+
 #include "exterior/orient_photo.h"
 #include "tests/support/textured_photo.h"
 
