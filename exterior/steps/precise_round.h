@@ -28,8 +28,11 @@ struct PreciseRound {
   std::vector<double> windows_px2;  // one per prediction: where it was searched for
 };
 
+// Of precise matching: errors of the photo itself are stated in its own pixels.
+inline constexpr int kMostReduction = 4;
+
 // The reduction at which patches are matched precisely: so many of the photo's pixels lie side by
-// side in one of the patches' (lower quartile, rounded down), four at most. A photo finer than they
+// side in one of the patches' (lower quartile, rounded down). A photo finer than they
 // are shows only its grain more largely.
 int PreciseReduction(const PhotoTask& task, const PoseTrack& track);
 

@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 #include <numbers>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -91,6 +92,20 @@ TEST_F(OrientPhotoOfTexture, IsOkWhereTheHeightsOfTheControlAreWhatItLacks) {
   const ExteriorResult asked = Orient(patches, options);
   EXPECT_EQ(asked.status, Status::kWeak);
   EXPECT_TRUE(Has(asked.findings, Reason::kPoorlyDetermined));
+}
+
+// Averaged over the larger pixels of the first searches, they resemble the photo.
+TEST_F(OrientPhotoOfTexture, IsWeakWithPatchesSoGrainyThatFewMatchPrecisely) {
+  std::mt19937 random(1);
+  std::normal_distribution<float> grain(0, 150);
+  std::vector<patchdb::Patch> patches = world_.Patches(world_.Ground(), 5, 60);
+  for (patchdb::Patch& patch : patches)
+    for (float& grey : patch.chip.values) grey += grain(random);
+  const ExteriorResult result = Orient(patches);
+  EXPECT_EQ(result.status, Status::kWeak) << JoinedSentences(result.findings);
+  EXPECT_TRUE(Has(result.findings, Reason::kAgreementMayBeChance));
+  ASSERT_TRUE(result.pose);
+  EXPECT_LT(world_.WorstError(*result.pose, patches), 1);
 }
 
 TEST_F(OrientPhotoOfTexture, FailsOnPatchesOfAnotherPlace) {
