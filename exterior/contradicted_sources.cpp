@@ -43,7 +43,8 @@ struct FoundPatch {
   bool used = false;
 };
 
-// Tolerance: matches scatter by some tenths of a pixel, and displaced parts are also deformed.
+// Residuals and shifts are in pixels of the reduction, here and below. Tolerance: matches scatter
+// by some tenths of a pixel, and displaced parts are also deformed.
 bool IsAround(const FoundPatch& patch, const Eigen::Vector2d& shift_px) {
   return !patch.used && (patch.residual_px - shift_px).norm() < 0.3 + 0.2 * shift_px.norm();
 }
@@ -102,7 +103,7 @@ PatchesElsewhere FindElsewhere(const std::vector<FoundPatch>& found, int used) {
 
 }  // namespace
 
-SourceVotes VotesOf(const std::vector<PatchResult>& results) {
+SourceVotes VotesOf(const std::vector<PatchResult>& results, int reduction) {
   std::map<std::int64_t, OfSource> sources;
   SourceVotes votes;
   for (const PatchResult& result : results) {
@@ -133,9 +134,10 @@ SourceVotes VotesOf(const std::vector<PatchResult>& results) {
     if (!result.source || as_a_whole.contains(*result.source) || !result.pixel ||
         !result.residual_px || (!used && result.state != PatchState::kRejected))
       continue;
-    found.push_back({*result.pixel, *result.residual_px, used});
+    found.push_back({*result.pixel, *result.residual_px / reduction, used});
   }
   votes.elsewhere = FindElsewhere(found, votes.used);
+  votes.elsewhere.shift_px *= reduction;
   return votes;
 }
 

@@ -39,20 +39,9 @@ std::string TrendText(const ResidualTrend& trend) {
                       : fmt::format("{}", of_kind());
 }
 
-// By coarse matches. On ground that repeats itself 1e-10 was reached at a wrong place.
-bool BeyondDoubt(const JudgedMatches& matches, const OrientPhotoOptions& options) {
-  return matches.log10_before <= 2.5 * options.max_log10_false_alarms;
-}
-
-// By precise ones.
-bool AreConfirmed(const JudgedMatches& matches, const OrientPhotoOptions& options) {
-  return matches.log10_false_alarms <= FalseAlarmLimit(matches.log10_before, options);
-}
-
 }  // namespace
 
-double FalseAlarmLimit(double log10_before, const OrientPhotoOptions& options) {
-  const bool proven_before = log10_before <= options.max_log10_false_alarms;
+double FalseAlarmLimit(bool proven_before, const OrientPhotoOptions& options) {
   return options.max_log10_false_alarms / (proven_before ? 2 : 1);
 }
 
@@ -66,18 +55,11 @@ std::optional<Finding> WhyNotAccepted(const JudgedMatches& matches,
     return failed(Reason::kTooFewAgree, matches.agreeing, kFewestAgreeing);
   if (matches.places < kFewestAgreeing)
     return failed(Reason::kPatchesOverlap, matches.places, kFewestAgreeing);
-  if (!AreConfirmed(matches, options) && !BeyondDoubt(matches, options))
+  if (matches.log10_false_alarms > FalseAlarmLimit(matches.proven_before, options))
     return failed(Reason::kAgreementMayBeChance, matches.agreeing, matches.sought);
   if (2 * matches.agreeing < matches.matched)
     return failed(Reason::kMostContradict, matches.agreeing, matches.matched);
   return std::nullopt;
-}
-
-std::optional<Finding> OnlyCoarselyProven(const JudgedMatches& matches,
-                                          const OrientPhotoOptions& options) {
-  if (AreConfirmed(matches, options)) return std::nullopt;
-  return Finding{Reason::kAgreementMayBeChance, Status::kWeak, matches.agreeing, matches.sought,
-                 "; only the coarse matches prove that the pose is right"};
 }
 
 std::optional<ProjectionSigma> ProjectionSigmaOf(double worst_sigma_px, double ground_pixel_m) {
@@ -113,8 +95,10 @@ void RejudgeSources(ExteriorResult* result) {
     return finding.reason == Reason::kSourceContradicted ||
            finding.reason == Reason::kPatchesAgreeElsewhere;
   };
+  const int reduction = result->iterations.empty() ? 1 : result->iterations.back().reduction;
   if (std::erase_if(result->findings, of_sources) > 0) result->status = StatusOf(result->findings);
-  for (const Finding& finding : JudgeSources(VotesOf(result->patches))) Add(finding, result);
+  for (const Finding& finding : JudgeSources(VotesOf(result->patches, reduction)))
+    Add(finding, result);
 }
 
 Findings Judge(const JudgedPose& pose) {
@@ -127,7 +111,6 @@ Findings Judge(const JudgedPose& pose) {
                         .at_best = pose.prior_counts ? Status::kWeak : Status::kOk,
                         .value = pose.prior_sigmas,
                         .where = "the patches' coordinates are"});
-  if (pose.unconfirmed) findings.push_back(*pose.unconfirmed);
   if (pose.places < kPlacesForOk) weak(Reason::kFewPlaces, pose.places, kPlacesForOk);
   if (pose.spread < kSpreadForOk) weak(Reason::kPoorSpread, 100 * pose.spread, 100 * kSpreadForOk);
   if (!(pose.worst_sigma_px <= pose.target_px))

@@ -17,7 +17,7 @@ struct JudgedMatches {
   int sought = 0, matched = 0, agreeing = 0;  // patches, by precise matching
   int places = 0;                             // where they agree; patches that overlap are one
   double log10_false_alarms = 0;              // of chance having led to as many
-  double log10_before = 0;  // the same, by the coarse matches that led to the pose
+  bool proven_before = false;                 // by the search that led to the pose, at its level
 };
 
 // The patches that a failed photo could be searched for with.
@@ -28,11 +28,10 @@ struct TriedPatches {
 
 // How well an accepted pose is determined.
 struct JudgedPose {
-  int places = 0;     // where patches agree
-  double spread = 0;  // 1: the agreeing patches lie all over the photo; 0: on a line
-  std::optional<Finding> unconfirmed = {};  // what OnlyCoarselyProven says
-  double worst_sigma_px = 0;                // of the projection, in the frame's worst corner
-  double target_px = 1;                     // what that may be at most
+  int places = 0;             // where patches agree
+  double spread = 0;          // 1: the agreeing patches lie all over the photo; 0: on a line
+  double worst_sigma_px = 0;  // of the projection, in the frame's worst corner
+  double target_px = 1;       // what that may be at most
   bool contradicts_prior = false;
   double prior_sigmas = 0;            // how far from the approximation, in its sigmas
   bool prior_counts = false;          // its accuracy was stated
@@ -40,9 +39,9 @@ struct JudgedPose {
   SourceVotes sources;
 };
 
-// log10 of the largest expected number of chance poses at which precise matches confirm a pose: the
-// options' limit, or half of that log10 if coarse matches have proven it (`log10_before`).
-double FalseAlarmLimit(double log10_before, const OrientPhotoOptions& options);
+// log10 of the largest expected number of chance poses at which a pose is accepted: the options'
+// limit, or half of that log10 if the search has already proven the pose at its level.
+double FalseAlarmLimit(bool proven_before, const OrientPhotoOptions& options);
 
 // The projection sigma stated in the result; empty if unbounded. `ground_pixel_m`: size of a pixel
 // on level ground.
@@ -51,10 +50,6 @@ std::optional<ProjectionSigma> ProjectionSigmaOf(double worst_sigma_px, double g
 // What must hold before a pose is given at all; empty: it holds.
 std::optional<Finding> WhyNotAccepted(const JudgedMatches& matches,
                                       const OrientPhotoOptions& options);
-// That precise matches do not confirm an accepted pose, as on grainy film, but coarse ones prove it
-// beyond doubt; empty: they do confirm it.
-std::optional<Finding> OnlyCoarselyProven(const JudgedMatches& matches,
-                                          const OrientPhotoOptions& options);
 // Findings about patches that agree with one another but not with the pose.
 Findings JudgeSources(const SourceVotes& votes);
 // Replaces these findings after a block has changed the pose and which patches are used.

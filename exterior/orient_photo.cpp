@@ -10,7 +10,6 @@
 #include "exterior/search/first_pose.h"
 #include "exterior/search/wide_search.h"
 #include "exterior/settled_pose.h"
-#include "exterior/steps/evidence.h"
 #include "exterior/steps/photo_task.h"
 #include "exterior/steps/precise_round.h"
 
@@ -113,12 +112,6 @@ TriedPatches ToRemedy(const PhotoTask& task, const PreciseRound& round) {
   return tried;
 }
 
-double MeanHeight(const PhotoTask& task, const PreciseRound& round) {
-  double sum = 0;
-  for (const PatchPrediction& p : round.predictions) sum += task.patches[p.patch].ground_m.z();
-  return sum / static_cast<double>(round.predictions.size());
-}
-
 // Accuracy required of the pose on the ground: no finer than a pixel of the photo, nor than the
 // control allows, i.e. half of the patches' pixel and the errors common to their heights.
 double Target_m(const PhotoTask& task, const PreciseRound& round, const PhotoView& view) {
@@ -202,8 +195,7 @@ ExteriorResult ResultOf(const PhotoTask& task, SettledPose pose) {
   const double pixel_m = view.GroundPixel(MeanHeight(task, round));
   result.target_m = Target_m(task, round, view);
   JudgedPose judged = ToJudge(task, round, pose.matches.places, pose.track, *result.target_m);
-  judged.unconfirmed = OnlyCoarselyProven(pose.matches, task.options);
-  judged.sources = VotesOf(result.patches);
+  judged.sources = VotesOf(result.patches, round.reduction);
   result.projection_sigma = ProjectionSigmaOf(judged.worst_sigma_px, pixel_m);
   result.findings = Judge(judged);
   const FilmPosition& position = pose.track.position;

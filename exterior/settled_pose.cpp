@@ -76,24 +76,24 @@ std::vector<PreciseRound> Refine(const PhotoTask& task, int reduction, PoseTrack
   return rounds;
 }
 
-// `resolutions`: at which the patches are matched to confirm one pose.
+// `again`: not for the first time; then chance must be as rare as if nothing had been proven yet.
 JudgedMatches ToJudge(const PhotoTask& task, const std::vector<PreciseRound>& rounds,
-                      const PoseTrack& track, int resolutions) {
+                      const PoseTrack& track, bool again) {
   const PreciseRound& round = rounds.back();
   JudgedMatches judged;
   judged.sought = static_cast<int>(round.predictions.size());
   judged.matched = static_cast<int>(round.observed.size());
   judged.agreeing = round.estimate->used;
   judged.places = CountEvidence(round, round).agreeing;
-  judged.log10_before = track.log10_false_alarms;
-  const bool proven_before = judged.log10_before <= task.options.max_log10_false_alarms;
-  const double ways = std::log10(resolutions) + (proven_before ? 0 : std::log10(track.trials));
-  const double enough = FalseAlarmLimit(judged.log10_before, task.options);
+  const bool proven = track.log10_false_alarms <= task.options.max_log10_false_alarms;
+  judged.proven_before = proven && !again;
+  const double ways = proven ? 0 : std::log10(track.trials);
+  const double enough = FalseAlarmLimit(judged.proven_before, task.options);
   judged.log10_false_alarms = ways + LeastFalseAlarms(task, rounds, enough - ways);
   return judged;
 }
 
-SettledPose Settle(const PhotoTask& task, PoseTrack track, int reduction, int resolutions = 1) {
+SettledPose Settle(const PhotoTask& task, PoseTrack track, int reduction, bool again) {
   SettledPose pose{std::move(track), {}, {}, {}};
   pose.rounds = Refine(task, reduction, &pose.track);
   const PreciseRound& last = pose.Last();
@@ -102,31 +102,42 @@ SettledPose Settle(const PhotoTask& task, PoseTrack track, int reduction, int re
                                       static_cast<int>(last.predictions.size()));
     return pose;
   }
-  pose.matches = ToJudge(task, pose.rounds, pose.track, resolutions);
+  pose.matches = ToJudge(task, pose.rounds, pose.track, again);
   pose.why_not = WhyNotAccepted(pose.matches, task.options);
   return pose;
 }
 
-bool IsConfirmed(const SettledPose& pose, const OrientPhotoOptions& options) {
-  return !pose.why_not && !OnlyCoarselyProven(pose.matches, options);
+// Whether so few patches agree that grain may hide the others, or what a refused pose lacks. It
+// does not explain that matches contradict the pose.
+bool MayBeGrain(const SettledPose& pose) {
+  constexpr double kFew = 0.25;  // share of the patches sought
+  if (!pose.why_not) return pose.matches.agreeing < kFew * pose.matches.sought;
+  const Reason reason = pose.why_not->reason;
+  return reason == Reason::kTooFewPreciseMatches || reason == Reason::kTooFewAgree ||
+         reason == Reason::kAgreementMayBeChance;
 }
 
-// For a pose that coarse matches have proven and precise ones do not confirm: at lower resolutions
-// less of the film's grain is left. The first that confirms it, or else that at which most agree.
+double WorstSigma(const PhotoTask& task, const SettledPose& pose) {
+  const PreciseRound& round = pose.Last();
+  return WorstProjectionSigma(round.view, round.estimate->honest_covariance,
+                              MeanHeight(task, round));
+}
+
+// At lower resolutions less of a film's grain is left, and more patches match, each less precisely:
+// the pose from the resolution at which it is accepted and most precise, or else as refused.
 SettledPose SettleCoarsely(const PhotoTask& task, const PoseTrack& track, SettledPose pose) {
-  constexpr int kResolutions = 3;  // at most
-  for (int reduction = 2 * pose.Last().reduction;
-       reduction <= kMostReduction && !IsConfirmed(pose, task.options); reduction *= 2) {
-    SettledPose coarser = Settle(task, track, reduction, kResolutions);
-    const bool more_agree = coarser.matches.agreeing > pose.matches.agreeing;
-    if (!coarser.why_not && (pose.why_not || more_agree || IsConfirmed(coarser, task.options)))
+  for (int reduction = 2 * pose.Last().reduction; reduction <= kMostReduction && MayBeGrain(pose);
+       reduction *= 2) {
+    SettledPose coarser = Settle(task, track, reduction, true);
+    if (!coarser.why_not && (pose.why_not || WorstSigma(task, coarser) < WorstSigma(task, pose)))
       pose = std::move(coarser);
+    else if (!pose.why_not)
+      break;
   }
   return pose;
 }
 
-bool MayBeARepetition(const SettledPose& pose, const OrientPhotoOptions& options) {
-  if (!IsConfirmed(pose, options)) return true;
+bool MayBeARepetition(const SettledPose& pose) {
   return pose.matches.agreeing < kShareBeyondDoubt * pose.matches.sought &&
          RmsPx(*pose.Last().estimate) > kRmsBeyondDoubt_px * pose.Last().reduction;
 }
@@ -147,27 +158,33 @@ std::optional<SettledPose> FoundBeyond(const PhotoTask& task, int reduction, boo
   if (!found.Last().estimate) return std::nullopt;
   Resect(task, found.track, &found.rounds.back());
   if (!found.Last().estimate) return std::nullopt;
-  found.matches = ToJudge(task, found.rounds, found.track, 1);
+  found.matches = ToJudge(task, found.rounds, found.track, false);
   found.why_not = WhyNotAccepted(found.matches, task.options);
-  if (!IsConfirmed(found, task.options)) return std::nullopt;
+  if (found.why_not) return std::nullopt;
   return found;
 }
 
 }  // namespace
 
 SettledPose SettlePose(const PhotoTask& task, const PoseTrack& track, int reduction) {
-  SettledPose pose = Settle(task, track, reduction);
-  if (track.log10_false_alarms <= task.options.max_log10_false_alarms)
-    pose = SettleCoarsely(task, track, std::move(pose));
-  if (pose.why_not || task.options.wide || !MayBeARepetition(pose, task.options)) return pose;
+  SettledPose pose = Settle(task, track, reduction, false);
+  const bool proven = track.log10_false_alarms <= task.options.max_log10_false_alarms;
+  if (proven) pose = SettleCoarsely(task, track, std::move(pose));
+  if (pose.why_not || task.options.wide || !MayBeARepetition(pose)) return pose;
   const PreciseRound& settled = pose.Last();
   auto beyond = FoundBeyond(task, settled.reduction, settled.estimate->prior_chi2 > kChi2AtEdge);
   return beyond && beyond->matches.agreeing > pose.matches.agreeing ? *std::move(beyond) : pose;
 }
 
+double MeanHeight(const PhotoTask& task, const PreciseRound& round) {
+  double sum = 0;
+  for (const PatchPrediction& p : round.predictions) sum += task.patches[p.patch].ground_m.z();
+  return sum / static_cast<double>(round.predictions.size());
+}
+
 LoopRound SummaryOf(const PreciseRound& round) {
   return {static_cast<int>(round.predictions.size()), round.estimate->used, round.window_px,
-          RmsPx(*round.estimate)};
+          RmsPx(*round.estimate), round.reduction};
 }
 
 }  // namespace orient::exterior

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/files/finding.h"
 #include "exterior/judge.h"
 #include "exterior/steps/photo_task.h"
 #include "exterior/steps/precise_round.h"
@@ -21,11 +22,15 @@ struct SettledPose {
 };
 
 // Precise rounds from a first pose, whose `track` has come down to the reduction of precise
-// matching. Patches that do not confirm what coarse matches have proven are matched at lower
-// resolutions, too; a pose that repetitive ground may have led to is compared with another. Where
-// no pose is accepted, the result says why.
+// matching. If few patches agree on a pose that coarse matches have proven, they are matched at
+// lower resolutions, too. A pose that repetitive ground may have led to is compared with another.
+// Where no pose is accepted, the result says why.
 SettledPose SettlePose(const PhotoTask& task, const PoseTrack& track, int reduction);
 
+// Of the patches that a round searched for.
+double MeanHeight(const PhotoTask& task, const PreciseRound& round);
+
+// Of a round with an estimate.
 LoopRound SummaryOf(const PreciseRound& round);
 
 }  // namespace orient::exterior

@@ -32,7 +32,8 @@ Json RoundJson(const LoopRound& round) {
   return {{"searched", round.searched},
           {"matched", round.matched},
           {"window_px", ToJson(std::optional(round.window_px))},
-          {"rms_px", ToJson(std::optional(round.rms_px))}};
+          {"rms_px", ToJson(std::optional(round.rms_px))},
+          {"reduction", round.reduction}};
 }
 
 // Without Reason::kStated, which consists of a sentence only.
@@ -144,6 +145,7 @@ LoopRound ReadRound(const JsonField& field) {
   round.matched = field.At("matched").AsInt();
   round.window_px = field.FindNumber("window_px").value_or(kUnknown);
   round.rms_px = field.FindNumber("rms_px").value_or(kUnknown);
+  if (const auto reduction = field.Find("reduction")) round.reduction = reduction->AsInt();
   return round;
 }
 

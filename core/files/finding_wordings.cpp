@@ -159,7 +159,7 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
        "the patches that agree overlap: only {value:.0f} places, at least {limit:.0f} are needed"},
       {Reason::kAgreementMayBeChance, "agreement_may_be_chance",
        "matched precisely, only {value:.0f} of {limit:.0f} patches agree: chance could produce "
-       "that{where}"},
+       "that"},
       {Reason::kMostContradict, "most_contradict",
        "more than half of the matched patches contradict the pose"},
       {Reason::kHarvestMoreDensely, "harvest_more_densely",

@@ -94,7 +94,7 @@ void VoteAround(const PhotoTask& task, int reduction, double margin_px, PoseTrac
   track->reduction = reduction;
   track->rounds.push_back(
       {static_cast<int>(predictions.size()), static_cast<int>(consensus->supporters.size()),
-       LargestRadius(predictions, kWindowSigmas) + margin_px, consensus->rms_px});
+       LargestRadius(predictions, kWindowSigmas) + margin_px, consensus->rms_px, reduction});
 }
 
 // Most pixels of one search window at its resolution: more takes minutes per patch and all memory.
@@ -188,7 +188,7 @@ class FirstSearch {
     if (!consensus) return std::nullopt;
     const LoopRound round{static_cast<int>(voting_.size()),
                           static_cast<int>(consensus->supporters.size()), radius_px_,
-                          consensus->rms_px};
+                          consensus->rms_px, reduction_};
     return PoseTrack{position_,
                      consensus->pose,
                      consensus->covariance,

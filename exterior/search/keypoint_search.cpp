@@ -302,7 +302,8 @@ std::optional<PoseTrack> KeypointSearch::Follow(const BackedPairs& turned, const
   const auto found = PoseFromKeypoints(task_.photo.camera, positions, scan_px, shared, options);
   if (!found) return std::nullopt;
   const LoopRound round{static_cast<int>(shared.size()), found->supporters,
-                        std::max(task_.image.Width(), task_.image.Height()) / 2.0, found->rms_px};
+                        std::max(task_.image.Width(), task_.image.Height()) / 2.0, found->rms_px,
+                        reduction};
   const PoseTrack rough{.position = positions[found->position],
                         .pose = found->pose,
                         .covariance = 4 * found->covariance,

@@ -141,7 +141,8 @@ std::optional<Consensus> FindConsensus(const PhotoView& view, const PosePrior& p
 PoseTrack TrackOf(const PhotoTask& task, const FilmPosition& position, const Consensus& consensus,
                   std::size_t sought, int reduction, double trials) {
   const LoopRound round{static_cast<int>(sought), static_cast<int>(consensus.supporters.size()),
-                        std::max(task.image.Width(), task.image.Height()) / 2.0, consensus.rms_px};
+                        std::max(task.image.Width(), task.image.Height()) / 2.0, consensus.rms_px,
+                        reduction};
   return {position, consensus.pose, consensus.covariance, consensus.log10_false_alarms, reduction,
           {round},  trials};
 }

@@ -107,7 +107,7 @@ int PreciseReduction(const PhotoTask& task, const PoseTrack& track) {
   // The finer ones decide, as they would become too small.
   const auto quartile = sides_px.begin() + static_cast<std::ptrdiff_t>(sides_px.size() / 4);
   std::nth_element(sides_px.begin(), quartile, sides_px.end());
-  return static_cast<int>(std::clamp(*quartile / kNearly, 1.0, 1.0 * kMostReduction));
+  return std::clamp(static_cast<int>(*quartile / kNearly), 1, kMostReduction);
 }
 
 PreciseRound MatchAll(const PhotoTask& task, const PhotoView& view, const Matrix6d& covariance,

@@ -146,6 +146,17 @@ TEST(VotesOf, RejectedOnesNearThePoseAreATrendAndNoOtherPlace) {
   EXPECT_EQ(patches.Votes().elsewhere.patches, 50);
 }
 
+TEST(VotesOf, ShiftsAndScatterAreJudgedInPixelsOfTheReduction) {
+  Patches patches;
+  patches.AddSource(1, 343, 70, {4.4, 0});
+  EXPECT_GE(VotesOf(patches.results, 1).elsewhere.patches, 70);
+  EXPECT_EQ(VotesOf(patches.results, 4).elsewhere.patches, 0);  // 1.1 px of a quarter
+  for (PatchResult& result : patches.results) *result.residual_px *= 4;
+  const PatchesElsewhere elsewhere = VotesOf(patches.results, 4).elsewhere;
+  EXPECT_GE(elsewhere.patches, 70);
+  EXPECT_NEAR(elsewhere.shift_px.x(), 4 * 4.4, 0.5);
+}
+
 // As the walls and shadows of houses on one side: among patches that agree with the pose.
 TEST(VotesOf, WhatStandsOnTheGroundIsNoDisplacedPart) {
   Patches patches;

@@ -61,29 +61,16 @@ TEST_F(ExteriorJudge, SixPatchesInFivePlacesOverlap) {
 }
 
 TEST_F(ExteriorJudge, OnceInAMillionIsNoChanceAndMoreOftenIs) {
-  matches_.log10_before = -6;
+  matches_.proven_before = true;
   matches_.log10_false_alarms = -3;
   EXPECT_EQ(WhyNot(), std::nullopt);
   matches_.log10_false_alarms = JustAbove(-3);
   EXPECT_EQ(WhyNot(), (Finding{Reason::kAgreementMayBeChance, Status::kFailed, 80, 100}));
-  matches_.log10_before = JustAbove(-6);
+  matches_.proven_before = false;
   matches_.log10_false_alarms = -6;
   EXPECT_EQ(WhyNot(), std::nullopt);
   matches_.log10_false_alarms = JustAbove(-6);
   EXPECT_EQ(WhyNot(), (Finding{Reason::kAgreementMayBeChance, Status::kFailed, 80, 100}));
-}
-
-TEST_F(ExteriorJudge, WhatOnlyCoarseMatchesProveBeyondDoubtIsWeak) {
-  matches_.log10_false_alarms = 1;
-  matches_.log10_before = JustAbove(-15);
-  EXPECT_EQ(WhyNot(), (Finding{Reason::kAgreementMayBeChance, Status::kFailed, 80, 100}));
-  matches_.log10_before = -15;
-  EXPECT_EQ(WhyNot(), std::nullopt);
-  pose_.unconfirmed = OnlyCoarselyProven(matches_, options_);
-  ExpectOnly(Judged(), {Reason::kAgreementMayBeChance, Status::kWeak, 80, 100,
-                        "; only the coarse matches prove that the pose is right"});
-  matches_.log10_false_alarms = -3;
-  EXPECT_EQ(OnlyCoarselyProven(matches_, options_), std::nullopt);
 }
 
 TEST_F(ExteriorJudge, HalfOfTheMatchedPatchesMayContradictAndNotMore) {

@@ -19,14 +19,20 @@ class OrientPhotoOfTexture : public testing::Test {
  protected:
   ExteriorResult Orient(const std::vector<patchdb::Patch>& patches,
                         const OrientPhotoOptions& options = {}) {
-    PhotoToOrient photo = world_.ToOrient();
-    photo.prior.pose = world_.View().pose;
+    return Orient(world_, patches, options);
+  }
+
+  static ExteriorResult Orient(const TexturedPhoto& world,
+                               const std::vector<patchdb::Patch>& patches,
+                               const OrientPhotoOptions& options = {}) {
+    PhotoToOrient photo = world.ToOrient();
+    photo.prior.pose = world.View().pose;
     photo.prior.pose.position_m += Eigen::Vector3d(8, -7, 5);
     photo.prior.pose.opk_rad += Eigen::Vector3d(0.015, -0.012, 0.02);
     Vector6d sigma;
     sigma << 10, 10, 10, 0.02, 0.02, 0.02;
     photo.prior.covariance = sigma.cwiseAbs2().asDiagonal();
-    return OrientPhoto(photo, world_.File(), patches, options);
+    return OrientPhoto(photo, world.File(), patches, options);
   }
 
   static int Matched(const ExteriorResult& result) {
@@ -94,18 +100,29 @@ TEST_F(OrientPhotoOfTexture, IsOkWhereTheHeightsOfTheControlAreWhatItLacks) {
   EXPECT_TRUE(Has(asked.findings, Reason::kPoorlyDetermined));
 }
 
-// Averaged over the larger pixels of the first searches, they resemble the photo.
-TEST_F(OrientPhotoOfTexture, IsWeakWithPatchesSoGrainyThatFewMatchPrecisely) {
+// As patches from very grainy film do.
+std::vector<patchdb::Patch> WithGrain(std::vector<patchdb::Patch> patches, float sigma) {
   std::mt19937 random(1);
-  std::normal_distribution<float> grain(0, 150);
-  std::vector<patchdb::Patch> patches = world_.Patches(world_.Ground(), 5, 60);
+  std::normal_distribution<float> grain(0, sigma);
   for (patchdb::Patch& patch : patches)
     for (float& grey : patch.chip.values) grey += grain(random);
-  const ExteriorResult result = Orient(patches);
-  EXPECT_EQ(result.status, Status::kWeak) << JoinedSentences(result.findings);
-  EXPECT_TRUE(Has(result.findings, Reason::kAgreementMayBeChance));
-  ASSERT_TRUE(result.pose);
-  EXPECT_LT(world_.WorstError(*result.pose, patches), 1);
+  return patches;
+}
+
+TEST_F(OrientPhotoOfTexture, MatchesGrainyPatchesAtHalfOfTheResolution) {
+  const TexturedPhoto large(800, HillsAt, false);
+  const std::vector<patchdb::Patch> patches = WithGrain(large.Patches(large.Ground(), 7, 90), 150);
+  const ExteriorResult result = Orient(large, patches);
+  ASSERT_TRUE(result.pose) << JoinedSentences(result.findings);
+  EXPECT_EQ(result.iterations.back().reduction, 2);
+  EXPECT_GT(Matched(result), 60);  // at full resolution some 20, wrong by 0.8 px
+  EXPECT_LT(large.WorstError(*result.pose, patches), 0.5);
+}
+
+TEST_F(OrientPhotoOfTexture, MatchesGrainAtFullResolutionWhileEnoughPatchesAgree) {
+  const ExteriorResult result = Orient(WithGrain(world_.Patches(world_.Ground(), 5, 60), 60));
+  EXPECT_EQ(result.status, Status::kOk) << JoinedSentences(result.findings);
+  EXPECT_EQ(result.iterations.back().reduction, 1);
 }
 
 TEST_F(OrientPhotoOfTexture, FailsOnPatchesOfAnotherPlace) {

@@ -54,7 +54,7 @@ ExteriorResult ExampleExterior() {
   result.width = 9200;
   result.height = 9100;
   result.footprint_m = {{0, 0, 5}, {1, 0, 5}, {1, 1, 6}, {0, 0, 5}};
-  result.iterations = {{26, 9, 412.0, 1.9}, {26, 21, 30.5, 0.4}};
+  result.iterations = {{26, 9, 412.0, 1.9, 4}, {26, 21, 30.5, 0.4}};
   result.patches.push_back({17,
                             3,
                             PatchState::kMatched,
@@ -256,7 +256,7 @@ TEST(ExteriorResult, FieldsAreThoseOfTheConventions) {
   EXPECT_EQ(json["sigma0_px"], 0.31);
   EXPECT_EQ(json["projection_sigma"], nlohmann::json::parse(R"({"px": 0.42, "m": 0.21})"));
   EXPECT_EQ(json["iterations"][0], nlohmann::json::parse(R"({"searched": 26, "matched": 9,
-      "window_px": 412.0, "rms_px": 1.9})"));
+      "window_px": 412.0, "rms_px": 1.9, "reduction": 4})"));
   EXPECT_EQ(json["patches"][0], nlohmann::json::parse(R"({"id": 17, "source": 3, "state": "matched",
       "ground": [500100.5, 5000300.0, 410.0], "predicted": [401.0, 512.0], "pixel": [398.21, 515.66], "sigma_px": [0.08, 0.07],
       "residual_px": [0.11, -0.2], "ncc": 0.87, "reason": "", "reason_codes": []})"));
@@ -292,6 +292,8 @@ TEST(ExteriorResult, Roundtrip) {
   EXPECT_EQ(read.footprint_m, result.footprint_m);
   ASSERT_EQ(read.iterations.size(), 2u);
   EXPECT_EQ(read.iterations[1].window_px, 30.5);
+  EXPECT_EQ(read.iterations[0].reduction, 4);
+  EXPECT_EQ(read.iterations[1].reduction, 1);
   ASSERT_EQ(read.patches.size(), 2u);
   EXPECT_EQ(read.patches[0].id, 17);
   EXPECT_EQ(read.patches[0].source, 3);
