@@ -15,7 +15,7 @@ namespace orient::block {
 namespace {
 
 // To be raised where the method changes.
-constexpr const char* kMethod = "block 5";
+constexpr const char* kMethod = "block 4";
 
 // Everything stated about the flight, as one text that changes when a statement does.
 std::string FlightText(const FlightPlan& flight) {

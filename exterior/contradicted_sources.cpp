@@ -37,14 +37,14 @@ bool Agree(const std::vector<Eigen::Vector2d>& residuals_px, const Eigen::Vector
   return 2 * close > std::ssize(residuals_px);
 }
 
-// A patch that was found: used in the pose, or rejected.
+// A patch that was found: used in the pose, or rejected. Residuals of such patches, and shifts, are
+// in pixels of the reduction at which they were matched.
 struct FoundPatch {
   Eigen::Vector2d pixel, residual_px;
   bool used = false;
 };
 
-// Residuals and shifts are in pixels of the reduction, here and below. Tolerance: matches scatter
-// by some tenths of a pixel, and displaced parts are also deformed.
+// Tolerance: matches scatter by some tenths of a pixel, and displaced parts are also deformed.
 bool IsAround(const FoundPatch& patch, const Eigen::Vector2d& shift_px) {
   return !patch.used && (patch.residual_px - shift_px).norm() < 0.3 + 0.2 * shift_px.norm();
 }

@@ -34,7 +34,7 @@ struct SourceVotes {
 // were found. It is contradicted if at most half of them are used and most of the others lie
 // within half the length of their median shift from that shift. `reduction`: at which they were
 // matched.
-SourceVotes VotesOf(const std::vector<PatchResult>& results, int reduction = 1);
+SourceVotes VotesOf(const std::vector<PatchResult>& results, int reduction);
 
 // Whether nothing tells which of two sources is wrong: as many contradict the pose as agree with
 // it, with a fifth of the patches it rests on, at least.

@@ -112,6 +112,12 @@ TriedPatches ToRemedy(const PhotoTask& task, const PreciseRound& round) {
   return tried;
 }
 
+double MeanHeight(const PhotoTask& task, const PreciseRound& round) {
+  double sum = 0;
+  for (const PatchPrediction& p : round.predictions) sum += task.patches[p.patch].ground_m.z();
+  return sum / static_cast<double>(round.predictions.size());
+}
+
 // Accuracy required of the pose on the ground: no finer than a pixel of the photo, nor than the
 // control allows, i.e. half of the patches' pixel and the errors common to their heights.
 double Target_m(const PhotoTask& task, const PreciseRound& round, const PhotoView& view) {

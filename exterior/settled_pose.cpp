@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/terrain/pixel_derivatives.h"
 #include "exterior/search/first_pose.h"
@@ -76,65 +77,19 @@ std::vector<PreciseRound> Refine(const PhotoTask& task, int reduction, PoseTrack
   return rounds;
 }
 
-// `again`: not for the first time; then chance must be as rare as if nothing had been proven yet.
 JudgedMatches ToJudge(const PhotoTask& task, const std::vector<PreciseRound>& rounds,
-                      const PoseTrack& track, bool again) {
+                      const PoseTrack& track) {
   const PreciseRound& round = rounds.back();
   JudgedMatches judged;
   judged.sought = static_cast<int>(round.predictions.size());
   judged.matched = static_cast<int>(round.observed.size());
   judged.agreeing = round.estimate->used;
   judged.places = CountEvidence(round, round).agreeing;
-  const bool proven = track.log10_false_alarms <= task.options.max_log10_false_alarms;
-  judged.proven_before = proven && !again;
-  const double ways = proven ? 0 : std::log10(track.trials);
+  judged.proven_before = track.log10_false_alarms <= task.options.max_log10_false_alarms;
+  const double ways = judged.proven_before ? 0 : std::log10(track.trials);
   const double enough = FalseAlarmLimit(judged.proven_before, task.options);
   judged.log10_false_alarms = ways + LeastFalseAlarms(task, rounds, enough - ways);
   return judged;
-}
-
-SettledPose Settle(const PhotoTask& task, PoseTrack track, int reduction, bool again) {
-  SettledPose pose{std::move(track), {}, {}, {}};
-  pose.rounds = Refine(task, reduction, &pose.track);
-  const PreciseRound& last = pose.Last();
-  if (!last.estimate) {
-    pose.why_not = NoPreciseResection(static_cast<int>(last.observed.size()),
-                                      static_cast<int>(last.predictions.size()));
-    return pose;
-  }
-  pose.matches = ToJudge(task, pose.rounds, pose.track, again);
-  pose.why_not = WhyNotAccepted(pose.matches, task.options);
-  return pose;
-}
-
-// Whether so few patches agree that grain may hide the others, or what a refused pose lacks. It
-// does not explain that matches contradict the pose.
-bool MayBeGrain(const SettledPose& pose) {
-  constexpr double kFew = 0.25;  // share of the patches sought
-  if (!pose.why_not) return pose.matches.agreeing < kFew * pose.matches.sought;
-  const Reason reason = pose.why_not->reason;
-  return reason == Reason::kTooFewPreciseMatches || reason == Reason::kTooFewAgree ||
-         reason == Reason::kAgreementMayBeChance;
-}
-
-double WorstSigma(const PhotoTask& task, const SettledPose& pose) {
-  const PreciseRound& round = pose.Last();
-  return WorstProjectionSigma(round.view, round.estimate->honest_covariance,
-                              MeanHeight(task, round));
-}
-
-// At lower resolutions less of a film's grain is left, and more patches match, each less precisely:
-// the pose from the resolution at which it is accepted and most precise, or else as refused.
-SettledPose SettleCoarsely(const PhotoTask& task, const PoseTrack& track, SettledPose pose) {
-  for (int reduction = 2 * pose.Last().reduction; reduction <= kMostReduction && MayBeGrain(pose);
-       reduction *= 2) {
-    SettledPose coarser = Settle(task, track, reduction, true);
-    if (!coarser.why_not && (pose.why_not || WorstSigma(task, coarser) < WorstSigma(task, pose)))
-      pose = std::move(coarser);
-    else if (!pose.why_not)
-      break;
-  }
-  return pose;
 }
 
 bool MayBeARepetition(const SettledPose& pose) {
@@ -158,7 +113,7 @@ std::optional<SettledPose> FoundBeyond(const PhotoTask& task, int reduction, boo
   if (!found.Last().estimate) return std::nullopt;
   Resect(task, found.track, &found.rounds.back());
   if (!found.Last().estimate) return std::nullopt;
-  found.matches = ToJudge(task, found.rounds, found.track, false);
+  found.matches = ToJudge(task, found.rounds, found.track);
   found.why_not = WhyNotAccepted(found.matches, task.options);
   if (found.why_not) return std::nullopt;
   return found;
@@ -167,19 +122,20 @@ std::optional<SettledPose> FoundBeyond(const PhotoTask& task, int reduction, boo
 }  // namespace
 
 SettledPose SettlePose(const PhotoTask& task, const PoseTrack& track, int reduction) {
-  SettledPose pose = Settle(task, track, reduction, false);
-  const bool proven = track.log10_false_alarms <= task.options.max_log10_false_alarms;
-  if (proven) pose = SettleCoarsely(task, track, std::move(pose));
-  if (pose.why_not || task.options.wide || !MayBeARepetition(pose)) return pose;
+  SettledPose pose{track, {}, {}, {}};
+  pose.rounds = Refine(task, reduction, &pose.track);
   const PreciseRound& settled = pose.Last();
-  auto beyond = FoundBeyond(task, settled.reduction, settled.estimate->prior_chi2 > kChi2AtEdge);
-  return beyond && beyond->matches.agreeing > pose.matches.agreeing ? *std::move(beyond) : pose;
-}
-
-double MeanHeight(const PhotoTask& task, const PreciseRound& round) {
-  double sum = 0;
-  for (const PatchPrediction& p : round.predictions) sum += task.patches[p.patch].ground_m.z();
-  return sum / static_cast<double>(round.predictions.size());
+  if (!settled.estimate) {
+    pose.why_not = NoPreciseResection(static_cast<int>(settled.observed.size()),
+                                      static_cast<int>(settled.predictions.size()));
+    return pose;
+  }
+  pose.matches = ToJudge(task, pose.rounds, pose.track);
+  pose.why_not = WhyNotAccepted(pose.matches, task.options);
+  if (pose.why_not || task.options.wide || !MayBeARepetition(pose)) return pose;
+  auto beyond = FoundBeyond(task, reduction, settled.estimate->prior_chi2 > kChi2AtEdge);
+  if (beyond && beyond->matches.agreeing > pose.matches.agreeing) return *std::move(beyond);
+  return pose;
 }
 
 LoopRound SummaryOf(const PreciseRound& round) {

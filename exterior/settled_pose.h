@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/files/finding.h"
+#include "core/files/results.h"
 #include "exterior/judge.h"
 #include "exterior/steps/photo_task.h"
 #include "exterior/steps/precise_round.h"
@@ -21,14 +22,10 @@ struct SettledPose {
   const PreciseRound& Last() const { return rounds.back(); }
 };
 
-// Precise rounds from a first pose, whose `track` has come down to the reduction of precise
-// matching. If few patches agree on a pose that coarse matches have proven, they are matched at
-// lower resolutions, too. A pose that repetitive ground may have led to is compared with another.
-// Where no pose is accepted, the result says why.
+// Precise rounds at a reduction from a first pose, whose `track` has come down to it. A pose that
+// repetitive ground may have led to is compared with another. Where no pose is accepted, the result
+// says why.
 SettledPose SettlePose(const PhotoTask& task, const PoseTrack& track, int reduction);
-
-// Of the patches that a round searched for.
-double MeanHeight(const PhotoTask& task, const PreciseRound& round);
 
 // Of a round with an estimate.
 LoopRound SummaryOf(const PreciseRound& round);

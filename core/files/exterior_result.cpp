@@ -145,7 +145,10 @@ LoopRound ReadRound(const JsonField& field) {
   round.matched = field.At("matched").AsInt();
   round.window_px = field.FindNumber("window_px").value_or(kUnknown);
   round.rms_px = field.FindNumber("rms_px").value_or(kUnknown);
-  if (const auto reduction = field.Find("reduction")) round.reduction = reduction->AsInt();
+  if (const auto reduction = field.Find("reduction")) {
+    round.reduction = reduction->AsInt();
+    if (round.reduction < 1) reduction->Fail("must be at least 1");
+  }
   return round;
 }
 

@@ -94,7 +94,7 @@ struct LoopRound {
   int matched = 0;
   double window_px = 0;
   double rms_px = 0;
-  int reduction = 1;  // at which patches were matched: so many pixels of the scan are one
+  int reduction = 1;  // at which patches were matched: side of its pixels, in pixels of the scan
 };
 
 struct PatchResult {

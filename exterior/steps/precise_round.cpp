@@ -95,8 +95,9 @@ bool MatchDrawn(const PhotoTask& task, const PreciseRound& round,
 }  // namespace
 
 int PreciseReduction(const PhotoTask& task, const PoseTrack& track) {
-  constexpr std::size_t kAsked = 200;  // patches tell
-  constexpr double kNearly = 0.9;      // of a whole number: the pose is not precise yet
+  constexpr std::size_t kAsked = 200;     // patches tell
+  constexpr double kNearly = 0.9;         // of a whole number: the pose is not precise yet
+  constexpr double kMostReduction = 4.0;  // errors of the photo itself are stated in its own pixels
   const PhotoView view = task.View(track.position, track.pose);
   const auto visible = Predict(view, track.covariance, task.patches, task.Prediction());
   std::vector<double> sides_px;
@@ -107,7 +108,7 @@ int PreciseReduction(const PhotoTask& task, const PoseTrack& track) {
   // The finer ones decide, as they would become too small.
   const auto quartile = sides_px.begin() + static_cast<std::ptrdiff_t>(sides_px.size() / 4);
   std::nth_element(sides_px.begin(), quartile, sides_px.end());
-  return std::clamp(static_cast<int>(*quartile / kNearly), 1, kMostReduction);
+  return static_cast<int>(std::clamp(*quartile / kNearly, 1.0, kMostReduction));
 }
 
 PreciseRound MatchAll(const PhotoTask& task, const PhotoView& view, const Matrix6d& covariance,

@@ -1,5 +1,5 @@
-// One round of precise matching and resection: at full resolution; where the patches' pixels are
-// several times as large as the photo's, at theirs; or lower on grainy film. Private to exterior.
+// One round of matching and resection at full resolution, or where the patches' pixels are several
+// times as large as the photo's, at theirs. Private to exterior.
 #pragma once
 
 #include <optional>
@@ -28,12 +28,9 @@ struct PreciseRound {
   std::vector<double> windows_px2;  // one per prediction: where it was searched for
 };
 
-// Precise matching goes no coarser: errors of the photo itself are stated in its own pixels.
-inline constexpr int kMostReduction = 4;
-
-// The reduction at which patches are first matched precisely: so many of the photo's pixels lie
-// side by side in one of theirs (lower quartile, rounded down), kMostReduction at most. A photo
-// finer than its patches shows only its grain more largely.
+// The reduction at which patches are matched precisely: so many of the photo's pixels lie side by
+// side in one of the patches' (lower quartile, rounded down), four at most. A photo finer than they
+// are shows only its grain more largely.
 int PreciseReduction(const PhotoTask& task, const PoseTrack& track);
 
 // Matches the patches that a view shows around where it shows them. `margin_px`: of the reduction.

@@ -4,7 +4,6 @@
 
 #include <Eigen/Dense>
 #include <numbers>
-#include <random>
 #include <string>
 #include <vector>
 
@@ -19,20 +18,14 @@ class OrientPhotoOfTexture : public testing::Test {
  protected:
   ExteriorResult Orient(const std::vector<patchdb::Patch>& patches,
                         const OrientPhotoOptions& options = {}) {
-    return Orient(world_, patches, options);
-  }
-
-  static ExteriorResult Orient(const TexturedPhoto& world,
-                               const std::vector<patchdb::Patch>& patches,
-                               const OrientPhotoOptions& options = {}) {
-    PhotoToOrient photo = world.ToOrient();
-    photo.prior.pose = world.View().pose;
+    PhotoToOrient photo = world_.ToOrient();
+    photo.prior.pose = world_.View().pose;
     photo.prior.pose.position_m += Eigen::Vector3d(8, -7, 5);
     photo.prior.pose.opk_rad += Eigen::Vector3d(0.015, -0.012, 0.02);
     Vector6d sigma;
     sigma << 10, 10, 10, 0.02, 0.02, 0.02;
     photo.prior.covariance = sigma.cwiseAbs2().asDiagonal();
-    return OrientPhoto(photo, world.File(), patches, options);
+    return OrientPhoto(photo, world_.File(), patches, options);
   }
 
   static int Matched(const ExteriorResult& result) {
@@ -98,31 +91,6 @@ TEST_F(OrientPhotoOfTexture, IsOkWhereTheHeightsOfTheControlAreWhatItLacks) {
   const ExteriorResult asked = Orient(patches, options);
   EXPECT_EQ(asked.status, Status::kWeak);
   EXPECT_TRUE(Has(asked.findings, Reason::kPoorlyDetermined));
-}
-
-// As patches from very grainy film do.
-std::vector<patchdb::Patch> WithGrain(std::vector<patchdb::Patch> patches, float sigma) {
-  std::mt19937 random(1);
-  std::normal_distribution<float> grain(0, sigma);
-  for (patchdb::Patch& patch : patches)
-    for (float& grey : patch.chip.values) grey += grain(random);
-  return patches;
-}
-
-TEST_F(OrientPhotoOfTexture, MatchesGrainyPatchesAtHalfOfTheResolution) {
-  const TexturedPhoto large(800, HillsAt, false);
-  const std::vector<patchdb::Patch> patches = WithGrain(large.Patches(large.Ground(), 7, 90), 150);
-  const ExteriorResult result = Orient(large, patches);
-  ASSERT_TRUE(result.pose) << JoinedSentences(result.findings);
-  EXPECT_EQ(result.iterations.back().reduction, 2);
-  EXPECT_GT(Matched(result), 60);  // at full resolution some 20, wrong by 0.8 px
-  EXPECT_LT(large.WorstError(*result.pose, patches), 0.5);
-}
-
-TEST_F(OrientPhotoOfTexture, MatchesGrainAtFullResolutionWhileEnoughPatchesAgree) {
-  const ExteriorResult result = Orient(WithGrain(world_.Patches(world_.Ground(), 5, 60), 60));
-  EXPECT_EQ(result.status, Status::kOk) << JoinedSentences(result.findings);
-  EXPECT_EQ(result.iterations.back().reduction, 1);
 }
 
 TEST_F(OrientPhotoOfTexture, FailsOnPatchesOfAnotherPlace) {

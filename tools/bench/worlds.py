@@ -3,7 +3,7 @@
 
     worlds.py PROGRAM FOLDER [--worlds parcels turned mountain] [--harvests default 60 60+views 30]
               [--starts 1m 10m 30m 100m] [--kappa known unknown] [--draws 5] [--seed 1] [--jobs 0]
-              [--elsewhere] [--finer 1] [--again]
+              [--elsewhere] [--finer 1] [--grain 0] [--again]
     worlds.py --self-test        Tests the geometry: on a synthetic photo, on the worlds if present.
 
 PROGRAM is a path to `orient`. The worlds, blocks from another simulator, are read from
@@ -19,7 +19,8 @@ all harvests. Unknown kappa is instead drawn from the full circle, and run with 
 180. With --elsewhere (parcels and turned only), the patches are those of the other one of the two,
 whose ground lies at the same coordinates and looks different: no photo can be oriented, and the
 time is that of searching in vain. With --finer N, the photos are enlarged N times (gdal_translate,
-cubic), as if they had been scanned with pixels so much smaller than those of the patches.
+cubic), as if they had been scanned with pixels so much smaller than those of the patches. With
+--grain N, Gaussian noise of N grey values is added to every pixel, as on very grainy film.
 
 RMS px: the RMS distance over the whole frame, in scan pixels, between the projections of ground
 points on the DEM by the estimated film transform and pose and their true positions; the table has
@@ -46,9 +47,14 @@ import statistics
 import subprocess
 import sys
 
+import numpy as np
+from osgeo import gdal
+
 sys.dont_write_bytecode = True  # beside the sources
 from result_jobs import CONSOLE, Job, JobFailed, harvest, moved_table, shared_data  # noqa: E402
 from world_truth import Truth, self_test  # noqa: E402
+
+gdal.UseExceptions()
 
 WORLDS = ["parcels", "turned", "mountain"]
 HARVESTS = {"default": [], "60": ["--max-per-photo", 60], "30": ["--max-per-photo", 30],
@@ -60,28 +66,42 @@ WRONG_PX = 1.0
 RECORD = "worlds.json"
 TRUTH = "truth.csv"  # true poses of a world's photos, for exterior_matches
 # The key of a run; program: a digest.
-Run = collections.namedtuple("Run", "program world harvest start kappa seed draw elsewhere finer",
-                             defaults=[False, 1])
+Run = collections.namedtuple("Run", "program world harvest start kappa seed draw elsewhere finer"
+                             " grain", defaults=[False, 1, 0])
+
+
+class Change(collections.namedtuple("Change", "finer grain", defaults=[1, 0])):
+    """How scans differ from the world's own; as text, the suffix of what is made from them."""
+
+    def any(self):
+        return self != Change()
+
+    def __str__(self):
+        return (f"_{self.finer}" if self.finer > 1 else "") + (f"_grain_{self.grain}" if self.grain
+                                                               else "")
 
 
 class World:
     def __init__(self, place, home):
         self.place, self.home, self.name, self.truth = place, home, place.name, Truth(place)
 
-    def scans(self, finer):
-        return self.home / f"scans_{finer}" if finer > 1 else self.place / "scans"
+    def scans(self, change):
+        return self.home / f"scans{change}" if change.any() else self.place / "scans"
 
-    def interior(self, finer):
-        return self.home / (f"interior_{finer}" if finer > 1 else "interior")
+    def interior(self, change):
+        return self.home / f"interior{change}"
 
-    def enlarge(self, finer, out):
+    def change_scans(self, change, out):
         (self.home / out).mkdir()
         for scan in sorted((self.place / "scans").glob("*.tif")):
-            subprocess.run(["gdal_translate", "-q", "-r", "cubic", "-outsize", f"{finer}00%",
-                            f"{finer}00%", "-co", "TILED=YES", scan, self.home / out / scan.name],
-                           check=True)
+            changed = self.home / out / scan.name
+            subprocess.run(["gdal_translate", "-q", "-r", "cubic", "-outsize",
+                            f"{change.finer}00%", f"{change.finer}00%", "-co", "TILED=YES", scan,
+                            changed], check=True)
+            if change.grain:
+                add_grain(changed, change.grain)
 
-    def prepare(self, program, harvests, finer):
+    def prepare(self, program, harvests, change):
         """Makes missing interior orientations and patch databases; yields their names."""
         place, home, old = self.place, self.home, sorted((self.place / "old_scans").glob("*.tif"))
         home.mkdir(parents=True, exist_ok=True)
@@ -97,13 +117,13 @@ class World:
                 "interior", *sorted((place / f"{kind}scans").glob("*.tif")), "--camera", camera,
                 "--orientation", scan["d4"], "--pixel-size-um", scan["pixel_size_um"],
                 "--out", out)
-        if finer > 1:
+        if change.any():
             scan = next(iter(self.truth.photos.values()))
-            works[self.scans(finer).name] = lambda out: self.enlarge(finer, out)
-            works[self.interior(finer).name] = lambda out: job.run(
-                "interior", *sorted(self.scans(finer).glob("*.tif")), "--camera",
+            works[self.scans(change).name] = lambda out: self.change_scans(change, out)
+            works[self.interior(change).name] = lambda out: job.run(
+                "interior", *sorted(self.scans(change).glob("*.tif")), "--camera",
                 place / "camera.toml", "--orientation", scan["d4"], "--pixel-size-um",
-                scan["pixel_size_um"] / finer, "--out", out)
+                scan["pixel_size_um"] / change.finer, "--out", out)
         for kind in harvests:
             works[f"patches_{kind}.gpkg"] = lambda out, kind=kind: harvest(
                 job, out, f"EPSG:{self.truth.all['epsg']}", *old, "--interior", "old_interior",
@@ -135,13 +155,14 @@ class World:
         """A table of orientations, made by `moved_table`."""
         return moved_table((self.place / "approx_coarse.csv").read_text(encoding="utf-8"), elements)
 
-    def judged(self, photo, folder, finer):
+    def judged(self, photo, folder, change):
         result = json.loads((folder / f"{photo}.exterior.json").read_text(encoding="utf-8"))
         rms_px = stated_px = None
         if result.get("pose") and result["status"] != "failed":
-            film = self.interior(finer) / f"{photo}.interior.json"
+            film = self.interior(change) / f"{photo}.interior.json"
             film = json.loads(film.read_text(encoding="utf-8"))["photo_from_pixel"]
-            film = [[finer * row[0], finer * row[1], row[2]] for row in film]  # of scan pixels
+            # For pixels of the scan as it was.
+            film = [[change.finer * row[0], change.finer * row[1], row[2]] for row in film]
             rms_px = self.truth.rms_px(photo, result["pose"], film)
             stated_px = self.truth.stated_px(photo, result["pose"], result["covariance"], film)
         states = collections.Counter(patch["state"] for patch in result.get("patches", []))
@@ -154,6 +175,7 @@ class World:
 
     def run(self, program, run, jobs):
         """One `orient exterior` of all photos; run: a Run."""
+        change = Change(run.finer, run.grain)
         folder = self.home / "exterior" / "_".join([run.program[:8], *map(str, run[2:])])
         folder.mkdir(parents=True, exist_ok=True)
         for rest in folder.glob("*.exterior.json"):
@@ -162,9 +184,9 @@ class World:
         shutil.copyfile(self.place / "approx_coarse.prj", folder / "approx.prj")
         position_m, attitude_deg = STARTS[run.start]
         patches_of = ELSEWHERE[self.name] if run.elsewhere else self.name
-        line = [program, "exterior", *sorted(self.scans(run.finer).glob("*.tif")),
+        line = [program, "exterior", *sorted(self.scans(change).glob("*.tif")),
                 "--camera", self.place / "camera.toml", "--dem", self.place / "dem.tif",
-                "--approximations", folder / "approx.csv", "--interior", self.interior(run.finer),
+                "--approximations", folder / "approx.csv", "--interior", self.interior(change),
                 "--patchdb", self.home.parent / patches_of / f"patches_{run.harvest}.gpkg",
                 "--no-feedback",
                 "--position-sigma-m", position_m, "--attitude-sigma-deg", attitude_deg,
@@ -179,9 +201,18 @@ class World:
         return {**run._asdict(), "jobs": jobs, "exit_code": code,
                 "seconds_per_photo": (used.ru_utime + used.ru_stime) / len(names),
                 "memory_mb": used.ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10),
-                "photos": {photo: self.judged(photo, folder, run.finer) if code in (0, 3) else died
+                "photos": {photo: self.judged(photo, folder, change) if code in (0, 3) else died
                            for photo in names}}
 
+
+
+def add_grain(path, sigma):
+    """Adds Gaussian noise, in grey values, to every pixel of a scan; the same to each scan."""
+    scan = gdal.OpenEx(str(path), gdal.OF_RASTER | gdal.OF_UPDATE)
+    for band in range(1, scan.RasterCount + 1):
+        grey = scan.GetRasterBand(band).ReadAsArray()
+        noise = np.random.default_rng(band).normal(0, sigma, grey.shape)
+        scan.GetRasterBand(band).WriteArray(np.clip(np.rint(grey + noise), 0, 255).astype(np.uint8))
 
 
 def measured(line, console):
@@ -278,8 +309,8 @@ def work(told, program, folder, wanted, record):
     sources = [ELSEWHERE[name] for name in told.worlds] if told.elsewhere else []
     for name in dict.fromkeys([*told.worlds, *sources]):
         worlds[name] = World(data / name, folder / name)
-        finer = told.finer if name in told.worlds else 1
-        for made in worlds[name].prepare(program, dict.fromkeys(told.harvests), finer):
+        change = Change(told.finer, told.grain) if name in told.worlds else Change()
+        for made in worlds[name].prepare(program, dict.fromkeys(told.harvests), change):
             record.made[made] = digest
             record.write()
     others = [made for made, by in record.made.items()
@@ -306,7 +337,8 @@ def main(arguments):
     for name, choices in (("worlds", WORLDS), ("harvests", HARVESTS), ("starts", STARTS),
                           ("kappa", KAPPAS)):
         parser.add_argument(f"--{name}", nargs="+", choices=choices, default=list(choices))
-    for name, value in (("draws", 5), ("seed", 1), ("jobs", 0), ("finer", 1)):
+    for name, value in (("draws", 5), ("seed", 1), ("jobs", 0), ("finer", 1),
+                        ("grain", 0)):
         parser.add_argument(f"--{name}", type=int, default=value)
     parser.add_argument("--elsewhere", action="store_true")
     parser.add_argument("--again", action="store_true")
@@ -320,12 +352,12 @@ def main(arguments):
     absent = [name for name in needed if not (data / name / "truth.json").is_file()]
     if absent:
         sys.exit(f"no {', '.join(absent)} in {data}: set ORIENT_SHARED_DATA to the shared data")
-    if told.draws < 1 or told.finer < 1:
-        sys.exit("--draws, --finer: at least 1")
+    if told.draws < 1 or told.finer < 1 or told.grain < 0:
+        sys.exit("--draws, --finer: at least 1; --grain: not negative")
     digest = hashlib.sha256(program.read_bytes()).hexdigest()
     record = Record(folder / RECORD)
     parts = [dict.fromkeys(part) for part in (told.worlds, told.harvests, told.starts, told.kappa)]
-    wanted = [Run(digest, *key, told.seed, draw, told.elsewhere, told.finer)
+    wanted = [Run(digest, *key, told.seed, draw, told.elsewhere, told.finer, told.grain)
               for draw in range(1, told.draws + 1) for key in itertools.product(*parts)]
     stopped = None
     try:

@@ -69,6 +69,7 @@ Markup RoundsTable(const ExteriorResult& exterior) {
     rows += Fill("photo.html#round", {{"round", i + 1},
                                       {"searched", round.searched},
                                       {"matched", round.matched},
+                                      {"reduction", round.reduction},
                                       {"window", Decimal(round.window_px, 1)},
                                       {"rms", Decimal(round.rms_px, 2)}});
   }

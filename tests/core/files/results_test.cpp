@@ -334,6 +334,19 @@ TEST(ExteriorResult, AnEstimatedPrincipalDistanceReadsBack) {
   EXPECT_EQ(read->prior_sigma_mm, 0.5);
 }
 
+TEST(ExteriorResult, ReductionsOfOlderResultsAreOneAndOthersAtLeastOne) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "4711.exterior.json";
+  WriteExteriorResult(folder.Path(), ExampleExterior());
+  nlohmann::json json = nlohmann::json::parse(ReadFile(path));
+  json["iterations"][0].erase("reduction");
+  WriteFileAtomically(path, json.dump());
+  EXPECT_EQ(ReadExteriorResult(path).iterations[0].reduction, 1);
+  json["iterations"][0]["reduction"] = 0;
+  WriteFileAtomically(path, json.dump());
+  ExpectError<InputError>([&] { ReadExteriorResult(path); }, {"reduction must be at least 1"});
+}
+
 TEST(ExteriorResult, ARoundWithoutMatchesHasNoRms) {
   const TemporaryFolder folder;
   ExteriorResult result = ExampleExterior();
