@@ -6,6 +6,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "core/base/median.h"
 #include "core/matching/correlation.h"
 #include "core/raster/resample.h"
 #include "interior/marks/match_precision.h"
@@ -151,12 +152,29 @@ class Refiner {
   std::map<std::tuple<size_t, int, int>, double> known_;
 };
 
+// Sigma of the grain, from pixels three apart, where it is hardly correlated; picture content that
+// covers less than half of the image does not count.
+double GrainOf(const Image& image) {
+  constexpr int kApart = 3, kEvery = 3;
+  std::vector<double> bends;
+  for (int row = 0; row < image.height; row += kEvery)
+    for (int col = kApart; col < image.width - kApart; col += kEvery) {
+      const float bend =
+          image.At(col - kApart, row) - 2 * image.At(col, row) + image.At(col + kApart, row);
+      if (std::isfinite(bend)) bends.push_back(std::abs(bend));
+    }
+  return bends.empty() ? 0 : kSigmaOfMedianDeviation * Median(std::move(bends)) / std::sqrt(6.0);
+}
+
 // The coefficient that a faint mark would have without the scan's grain, in place of the one that
 // the grain leaves it. `places` are centres of marks in the image, `sign` +1 for bright ones.
 void ScoreWithoutGrain(const Image& image, const MarkTemplate& drawn, double sign,
                        std::vector<Peak>* places) {
   // Grain in a window of 15 mm reaches it once in ten.
   constexpr double kLeastGain = kHighestGainOfGrain + 0.5;
+  // Of the grain's sigma. What is larger is another mark, or the picture.
+  constexpr double kMostResidual = 3;
+  const double most_residual = kMostResidual * GrainOf(image);
   Image model = drawn.values;
   for (float& value : model.values)
     if (!std::isfinite(value)) value = 0;
@@ -167,7 +185,7 @@ void ScoreWithoutGrain(const Image& image, const MarkTemplate& drawn, double sig
     for (int r = std::max(0, -row); r < std::min(seen.height, image.height - row); ++r)
       for (int c = std::max(0, -col); c < std::min(seen.width, image.width - col); ++c)
         if (std::isfinite(drawn.values.At(c, r))) seen.At(c, r) = image.At(c + col, r + row);
-    const auto without = CorrelationWithoutGrain(seen, model, Vector2d::Zero());
+    const auto without = CorrelationWithoutGrain(seen, model, Vector2d::Zero(), most_residual);
     if (!without || *without < std::max(kLeastWithoutGrain, place.score)) continue;
     const auto match = PrecisionOfMatch(seen, model, Vector2d::Zero());
     if (match && sign * match->gain_over_sigma > kLeastGain) place.score = *without;

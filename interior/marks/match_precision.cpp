@@ -207,9 +207,11 @@ std::optional<MatchPrecision> PrecisionOfMatch(const Image& image, const Image& 
 }
 
 std::optional<double> CorrelationWithoutGrain(const Image& image, const Image& model,
-                                              const Vector2d& model_from_image) {
+                                              const Vector2d& model_from_image,
+                                              double most_residual) {
   Pixels pixels = Sample(image, model, model_from_image);
   if (pixels.count <= kParameters || !Regress(&pixels)) return std::nullopt;
+  if (ResidualVariance(pixels) > most_residual * most_residual) return std::nullopt;
   return WithoutGrain(pixels);
 }
 

@@ -27,9 +27,11 @@ struct MatchPrecision {
 std::optional<MatchPrecision> PrecisionOfMatch(const Image& image, const Image& model,
                                                const Eigen::Vector2d& model_from_image);
 
-// PrecisionOfMatch's correlation without grain alone, in a fraction of its time.
+// PrecisionOfMatch's correlation without grain alone, in a fraction of its time; empty also if the
+// residuals' sigma exceeds `most_residual`, as what remains is then no grain.
 std::optional<double> CorrelationWithoutGrain(const Image& image, const Image& model,
-                                              const Eigen::Vector2d& model_from_image);
+                                              const Eigen::Vector2d& model_from_image,
+                                              double most_residual);
 
 // The model explains all but grain: a faint mark, even at a low correlation. On simulated scans
 // right marks have 0.75 to 1 without grain; clutter, on bad real and simulated scans, mostly less

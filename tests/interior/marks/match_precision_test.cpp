@@ -72,8 +72,9 @@ TEST(PrecisionOfMatch, WithoutItsGrainAFaintSpotIsWhatIsDrawn) {
   for (float& value : seen.values) value += grain(random);
   const auto match = PrecisionOfMatch(seen, Spot(1), Vector2d::Zero());
   EXPECT_GT(match->correlation_without_grain, 0.75);
-  EXPECT_EQ(CorrelationWithoutGrain(seen, Spot(1), Vector2d::Zero()),
+  EXPECT_EQ(CorrelationWithoutGrain(seen, Spot(1), Vector2d::Zero(), 25),
             match->correlation_without_grain);
+  EXPECT_FALSE(CorrelationWithoutGrain(seen, Spot(1), Vector2d::Zero(), 15));
   EXPECT_GT(match->gain_over_sigma, 7);  // 40 sqrt(9 pi) / 20 = 10.6 and its scatter
 }
 
