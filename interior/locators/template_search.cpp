@@ -167,14 +167,15 @@ double GrainOf(const Image& image) {
 }
 
 // The coefficient that a faint mark would have without the scan's grain, in place of the one that
-// the grain leaves it. `places` are centres of marks in the image, `sign` +1 for bright ones.
-void ScoreWithoutGrain(const Image& image, const MarkTemplate& drawn, double sign,
+// the grain leaves it. `grain`: its sigma; `places`: centres of marks in the image; `sign`: +1 for
+// bright ones.
+void ScoreWithoutGrain(const Image& image, double grain, const MarkTemplate& drawn, double sign,
                        std::vector<Peak>* places) {
   // Grain in a window of 15 mm reaches it once in ten.
   constexpr double kLeastGain = kHighestGainOfGrain + 0.5;
   // Of the grain's sigma. What is larger is another mark, or the picture.
   constexpr double kMostResidual = 3;
-  const double most_residual = kMostResidual * GrainOf(image);
+  const double most_residual = kMostResidual * grain;
   Image model = drawn.values;
   for (float& value : model.values)
     if (!std::isfinite(value)) value = 0;
@@ -265,12 +266,13 @@ MarkCandidates TemplateSearch::Find(ScanWindows& scan, const MarkShape& shape,
   // A clear mark has side maxima where ring and arms overlap themselves: no separate marks.
   const double distance = 1.2 * MarkRadius(shape) / result.coarse_pixel_mm;
   const bool grainy = drawn_ && !shape.picture && templates.reduction < kHardlyReduced;
+  const double grain = grainy ? GrainOf(flat) : 0;
   // More places than asked for, as their order may change, and those that grain keeps below.
   const int looked_at = search.max_count + search.max_count / 2;
   const double least = (grainy ? 0.6 : 1) * search.min_ncc;
   const auto best_of = [&](std::vector<Peak> places, double sign) {
     std::erase_if(places, [&](const Peak& place) { return place.score < least; });
-    if (grainy) ScoreWithoutGrain(flat, turns[turns.size() / 2], sign, &places);
+    if (grainy) ScoreWithoutGrain(flat, grain, turns[turns.size() / 2], sign, &places);
     std::erase_if(places, [&](const Peak& place) { return place.score < search.min_ncc; });
     return AsCandidates(
         WithoutDoubles(std::move(places), distance, static_cast<size_t>(search.max_count)), seen);
