@@ -108,6 +108,17 @@ bool IsBeyondDoubt(const FilmReading& reading) {
          std::min(reading.margin, reading.scanner_margin) >= kMinMarginNats + kFurtherNats;
 }
 
+// Whether all of the camera's marks are found and look like it, be it only without their grain.
+// Clutter that resembles a faint mark is too rare for so many places that the layout prescribes.
+bool AllLookAlike(const FilmMarks& marks) {
+  constexpr size_t kLeastMarks = 4;
+  return marks.size() >= kLeastMarks &&
+         std::all_of(marks.begin(), marks.end(), [](const FilmMark& mark) {
+           return mark.state == MarkState::kUsed &&
+                  (mark.position->correlation >= kMinCorrelation || IsFaint(*mark.position));
+         });
+}
+
 // `by_strokes`: marks with clear strokes are taken whatever their correlation. `faint`: for marks
 // that only grain keeps from correlating, only the others' correlation sets the limit.
 void RejectUnlike(bool by_strokes, bool faint, FilmMarks* marks) {
@@ -224,7 +235,7 @@ MarkPosition PositionByLines(const MarkPosition& matched, const MeasuredCross& c
 FilmMarks WithoutWrongMarks(const FilmReading& reading, const FilmMarks& measured) {
   const auto judged = [&](bool by_strokes) {
     FilmMarks marks = measured;
-    RejectUnlike(by_strokes, IsBeyondDoubt(reading), &marks);
+    RejectUnlike(by_strokes, IsBeyondDoubt(reading) || AllLookAlike(marks), &marks);
     RejectContradicted(reading, &marks);
     return marks;
   };

@@ -1,7 +1,8 @@
 // Are marks found and measured equally well if their strokes are about one pixel wide, sharpened or
 // faint?
 //
-//   interior_strokes SCANS [--read-as CAMERA] [CAMERA...]
+//   interior_strokes SCANS [--read-as CAMERA] [--scanner plain|sharpened|faint] [--stroke PX]
+//                    [CAMERA...]
 //
 // Simulates SCANS scans per case (always the same ones) of cameras in the library, by default all
 // whose marks have strokes (not only dots, squares or notches), without reseaus and cameras known
@@ -251,6 +252,7 @@ void CountMark(const MarkResult& mark, const Film& film, Tally* tally) {
 Tally Orient(const Case& what, unsigned seed) {
   const Film film = MakeFilm(what, seed);
   const std::string path = WriteInMemory(film.scan, seed);
+  if (std::getenv("DBG")) for (const Vector2d& m : film.marks) fprintf(stderr, "DBGT seed %u %.1f %.1f\n", seed, m.x(), m.y());
   interior::InteriorOptions options;
   options.pixel_size_um = 1e3 / std::sqrt(std::abs(film.pixel_from_photo.A.determinant()));
   const InteriorResult found = interior::OrientInterior(Raster::Open(path), what.read_as->file,
@@ -309,25 +311,58 @@ bool IsAsked(const block::LibraryCamera& camera, const std::set<std::string>& na
   return true;
 }
 
-int Run(int scans, const std::string& read_as, const std::set<std::string>& names) {
+// What the command line asks for; all where it names nothing.
+struct Asked {
+  int scans = 0;
+  std::string read_as, scanner;
+  double stroke_px = 0;
+  std::set<std::string> cameras;
+};
+
+Asked Parse(const std::vector<std::string>& words) {
+  Asked asked;
+  asked.scans = std::stoi(words.at(0));
+  for (size_t i = 1; i < words.size(); ++i) {
+    const auto value = [&]() -> const std::string& {
+      if (i + 1 == words.size()) throw InputError(words[i] + " needs a value");
+      return words[++i];
+    };
+    if (words[i] == "--read-as") {
+      asked.read_as = value();
+    } else if (words[i] == "--scanner") {
+      asked.scanner = value();
+    } else if (words[i] == "--stroke") {
+      asked.stroke_px = std::stod(value());
+    } else {
+      asked.cameras.insert(words[i]);
+    }
+  }
+  return asked;
+}
+
+int Run(const Asked& asked) {
   GDALAllRegister();
   std::printf("%-22s %-10s %6s %7s %6s %8s %8s %10s %9s\n", "camera", "scanner", "stroke", "ok, %",
               "wrong", "marks, %", "rms, px", "normalised", "> 3 s, %");
   const auto library = block::ReadCameraLibrary(block::CameraLibraryFolder(""));
-  const auto reader = std::find_if(library.begin(), library.end(),
-                                   [&](const auto& camera) { return camera.name == read_as; });
-  if (!read_as.empty() && reader == library.end())
-    throw InputError("no camera " + read_as + " in the library");
+  const auto reader = std::find_if(library.begin(), library.end(), [&](const auto& camera) {
+    return camera.name == asked.read_as;
+  });
+  if (!asked.read_as.empty() && reader == library.end())
+    throw InputError("no camera " + asked.read_as + " in the library");
   std::map<std::pair<std::string, double>, Tally> total;
   for (const block::LibraryCamera& camera : library) {
-    if (camera.name == read_as || !IsAsked(camera, names)) continue;
+    if (camera.name == asked.read_as || !IsAsked(camera, asked.cameras)) continue;
     double reach_mm = 0;
     for (const auto& [name, shape] : camera.shapes)
       reach_mm = std::max(reach_mm, interior::MarkRadius(shape));
     for (const Scanning& scanning : kScannings)
       for (const double stroke_px : kStrokes_px) {
+        if (!asked.scanner.empty() && asked.scanner != scanning.name) continue;
+        if (asked.stroke_px > 0 && asked.stroke_px != stroke_px) continue;
         const Tally tally = OrientAll(
-            {&camera, read_as.empty() ? &camera : &*reader, stroke_px, scanning, reach_mm}, scans);
+            {&camera, asked.read_as.empty() ? &camera : &*reader, stroke_px, scanning, reach_mm},
+            asked.scans);
         Print(camera.name, scanning.name, stroke_px, tally);
         total[{scanning.name, stroke_px}].Add(tally);
       }
@@ -341,14 +376,13 @@ int Run(int scans, const std::string& read_as, const std::set<std::string>& name
 
 int main(int argc, char** argv) {
   if (argc < 2) {
-    std::cerr << "usage: interior_strokes SCANS [--read-as CAMERA] [CAMERA...]\n";
+    std::cerr
+        << "usage: interior_strokes SCANS [--read-as CAMERA] [--scanner plain|sharpened|faint]"
+           " [--stroke PX] [CAMERA...]\n";
     return 1;
   }
   try {
-    const bool as_another = argc > 2 && std::string(argv[2]) == "--read-as";
-    if (as_another && argc < 4) throw orient::InputError("--read-as needs a camera");
-    return orient::Run(std::stoi(argv[1]), as_another ? argv[3] : "",
-                       {argv + (as_another ? 4 : 2), argv + argc});
+    return orient::Run(orient::Parse({argv + 1, argv + argc}));
   } catch (const std::exception& error) {
     std::cerr << "interior_strokes: " << error.what() << "\n";
     return 2;

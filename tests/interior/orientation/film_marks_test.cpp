@@ -95,21 +95,26 @@ TEST(WrongMarks, AMarkThatLooksUnlikeStaysRejectedUnlessTheOthersConfirmIt) {
   EXPECT_EQ(state({{0.02, 0}, 0.35, false}, 2.0), MarkState::kRejected);  // may be anywhere there
 }
 
-// Four marks of which only grain hides most.
+// Marks of which only grain hides most.
 struct Faint {
   double without_grain = 0.9, gain_over_sigma = 12, nats = 20, margin = 10, sigma_px = 0.15;
   double scanner_margin = 10;
+  int marks = 4, found = 4;
 };
 
 int UsedOf(const Faint& faint) {
-  auto [reading, marks] = Reseau(std::vector<Cross>(4, {Vector2d::Zero(), 0.35, false}));
+  const auto count = static_cast<size_t>(faint.marks);
+  auto [reading, marks] = Reseau(std::vector<Cross>(count, {Vector2d::Zero(), 0.35, false}));
   reading.best.nats = faint.nats;
   reading.margin = faint.margin;
   reading.scanner_margin = faint.scanner_margin;
-  for (FilmMark& mark : marks) {
-    mark.position->correlation_without_grain = faint.without_grain;
-    mark.position->gain_over_sigma = faint.gain_over_sigma;
-    mark.position->covariance = faint.sigma_px * faint.sigma_px * Eigen::Matrix2d::Identity();
+  for (size_t i = 0; i < count; ++i) {
+    marks[i].position->correlation_without_grain = faint.without_grain;
+    marks[i].position->gain_over_sigma = faint.gain_over_sigma;
+    marks[i].position->covariance = faint.sigma_px * faint.sigma_px * Eigen::Matrix2d::Identity();
+    if (static_cast<int>(i) < faint.found) continue;
+    marks[i] = {};
+    reading.best.choice[i] = -1;
   }
   return Used(WithoutWrongMarks(reading, marks));
 }
@@ -121,10 +126,16 @@ TEST(WrongMarks, FaintMarksAreUsedWhereOnlyGrainKeepsThemFromCorrelating) {
   EXPECT_EQ(UsedOf({.sigma_px = 0.5}), 0);
 }
 
-TEST(WrongMarks, FaintMarksAreUsedOnlyInAReadingBeyondDoubt) {
-  EXPECT_EQ(UsedOf({.nats = 10}), 0);
-  EXPECT_EQ(UsedOf({.margin = 4}), 0);
-  EXPECT_EQ(UsedOf({.scanner_margin = 4}), 0);
+TEST(WrongMarks, FaintMarksAreUsedWhereAllOfTheCamerasAreFound) {
+  EXPECT_EQ(UsedOf({.nats = 10, .margin = 4, .scanner_margin = 4}), 4);
+  EXPECT_EQ(UsedOf({.margin = 4, .marks = 3, .found = 3}), 0);
+}
+
+TEST(WrongMarks, FaintMarksWithoutTheOthersAreUsedOnlyInAReadingBeyondDoubt) {
+  EXPECT_EQ(UsedOf({.marks = 5}), 4);
+  EXPECT_EQ(UsedOf({.nats = 10, .marks = 5}), 0);
+  EXPECT_EQ(UsedOf({.margin = 4, .marks = 5}), 0);
+  EXPECT_EQ(UsedOf({.scanner_margin = 4, .marks = 5}), 0);
 }
 
 // Clear marks are the measure of a faint one: it may be a wrong place in clutter.
