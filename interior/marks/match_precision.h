@@ -27,8 +27,8 @@ struct MatchPrecision {
 std::optional<MatchPrecision> PrecisionOfMatch(const Image& image, const Image& model,
                                                const Eigen::Vector2d& model_from_image);
 
-// PrecisionOfMatch's correlation without grain alone, in a fraction of its time; empty also if the
-// residuals' sigma exceeds `most_residual`, as what remains is then no grain.
+// Only the correlation without grain of PrecisionOfMatch, in a fraction of its time; empty also if
+// the residuals' sigma exceeds `most_residual`, as what remains is then no grain.
 std::optional<double> CorrelationWithoutGrain(const Image& image, const Image& model,
                                               const Eigen::Vector2d& model_from_image,
                                               double most_residual);

@@ -92,7 +92,7 @@ FilmMark MeasureAt(const Raster& scan, const MeasuringPlace& place, const MarkMe
   return mark;
 }
 
-// A faint mark: little but grain keeps it from correlating, and its gain is far above grain's.
+// A faint mark: what keeps it from correlating is mostly grain, and its gain is far above grain's.
 // Right ones have sigmas up to 0.25 px, clutter that resembles them mostly above 0.4 px.
 bool IsFaint(const MarkPosition& mark) {
   constexpr double kMostSigma_px = 0.3, kFarAbove = 2.5;
@@ -108,15 +108,12 @@ bool IsBeyondDoubt(const FilmReading& reading) {
          std::min(reading.margin, reading.scanner_margin) >= kMinMarginNats + kFurtherNats;
 }
 
-// Whether all of the camera's marks are found and look like it, be it only without their grain.
-// Clutter that resembles a faint mark is too rare for so many places that the layout prescribes.
-bool AllLookAlike(const FilmMarks& marks) {
-  constexpr size_t kLeastMarks = 4;
-  return marks.size() >= kLeastMarks &&
-         std::all_of(marks.begin(), marks.end(), [](const FilmMark& mark) {
-           return mark.state == MarkState::kUsed &&
-                  (mark.position->correlation >= kMinCorrelation || IsFaint(*mark.position));
-         });
+// Whether all of the camera's marks are used, at least four: clutter that resembles a faint mark is
+// too rare for that.
+bool AreAllUsed(const FilmMarks& marks) {
+  constexpr int kLeastMarks = 4;
+  const int used = Count(marks, MarkState::kUsed);
+  return used >= kLeastMarks && used == static_cast<int>(marks.size());
 }
 
 // `by_strokes`: marks with clear strokes are taken whatever their correlation. `faint`: for marks
@@ -234,10 +231,14 @@ MarkPosition PositionByLines(const MarkPosition& matched, const MeasuredCross& c
 
 FilmMarks WithoutWrongMarks(const FilmReading& reading, const FilmMarks& measured) {
   const auto judged = [&](bool by_strokes) {
-    FilmMarks marks = measured;
-    RejectUnlike(by_strokes, IsBeyondDoubt(reading) || AllLookAlike(marks), &marks);
-    RejectContradicted(reading, &marks);
-    return marks;
+    const auto left = [&](bool faint) {
+      FilmMarks marks = measured;
+      RejectUnlike(by_strokes, faint, &marks);
+      RejectContradicted(reading, &marks);
+      return marks;
+    };
+    FilmMarks marks = left(true);
+    return AreAllUsed(marks) || IsBeyondDoubt(reading) ? marks : left(false);
   };
   // Without enough neighbours there is no reseau, and no check as sharp; marks that clear
   // strokes in the picture contradicted are then judged again.

@@ -32,12 +32,12 @@ MarkPosition PositionByLines(const MarkPosition& matched, const MeasuredCross& c
 // Of all measured marks those become rejected that do not look like the mark, that the others
 // contradict (leave-one-out chi-square above 11.8) and that are not surely marks (gain below 3
 // nats). A mark that only grain keeps from correlating looks like the mark if the reading leaves no
-// doubt, unless it correlates much less than the others. A reseau's cross whose strokes are clear
-// looks like the mark, however little the picture beside them correlates with the drawing: its
-// neighbours tell its place to some micrometres (reseau.h). Where fewer than a reseau's marks are
-// left of them, correlation counts for all; but a mark that looks unlike is taken back where at
-// least three others put it within their 90 % region (chi-square with two degrees of freedom) and
-// its own sigma is no larger than theirs.
+// doubt, or if all of the camera's marks are used with it, unless it correlates much less than the
+// others. A reseau's cross whose strokes are clear looks like the mark, however little the picture
+// beside them correlates with the drawing: its neighbours tell its place to some micrometres
+// (reseau.h). Where fewer than a reseau's marks are left of them, correlation counts for all; but a
+// mark that looks unlike is taken back where at least three others put it within their 90 % region
+// (chi-square with two degrees of freedom) and its own sigma is no larger than theirs.
 FilmMarks WithoutWrongMarks(const FilmReading& reading, const FilmMarks& measured);
 
 // Exact clicks in place of what was measured there: used where the reading chose the click and the

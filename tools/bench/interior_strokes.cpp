@@ -19,7 +19,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <iostream>
+#include <map>
 #include <random>
 #include <set>
 
@@ -252,7 +254,6 @@ void CountMark(const MarkResult& mark, const Film& film, Tally* tally) {
 Tally Orient(const Case& what, unsigned seed) {
   const Film film = MakeFilm(what, seed);
   const std::string path = WriteInMemory(film.scan, seed);
-  if (std::getenv("DBG")) for (const Vector2d& m : film.marks) fprintf(stderr, "DBGT seed %u %.1f %.1f\n", seed, m.x(), m.y());
   interior::InteriorOptions options;
   options.pixel_size_um = 1e3 / std::sqrt(std::abs(film.pixel_from_photo.A.determinant()));
   const InteriorResult found = interior::OrientInterior(Raster::Open(path), what.read_as->file,
@@ -322,6 +323,7 @@ struct Asked {
 Asked Parse(const std::vector<std::string>& words) {
   Asked asked;
   asked.scans = std::stoi(words.at(0));
+  if (asked.scans < 1) throw InputError(words[0] + " scans: at least 1 is needed");
   for (size_t i = 1; i < words.size(); ++i) {
     const auto value = [&]() -> const std::string& {
       if (i + 1 == words.size()) throw InputError(words[i] + " needs a value");
@@ -367,6 +369,7 @@ int Run(const Asked& asked) {
         total[{scanning.name, stroke_px}].Add(tally);
       }
   }
+  if (total.empty()) throw InputError("nothing of what was asked for exists");
   for (const auto& [key, tally] : total) Print("all", key.first, key.second, tally);
   return 0;
 }

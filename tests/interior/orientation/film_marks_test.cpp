@@ -100,11 +100,14 @@ struct Faint {
   double without_grain = 0.9, gain_over_sigma = 12, nats = 20, margin = 10, sigma_px = 0.15;
   double scanner_margin = 10;
   int marks = 4, found = 4;
+  std::vector<Cross> crosses = {};  // the first of them, in place of faint ones
 };
 
 int UsedOf(const Faint& faint) {
   const auto count = static_cast<size_t>(faint.marks);
-  auto [reading, marks] = Reseau(std::vector<Cross>(count, {Vector2d::Zero(), 0.35, false}));
+  std::vector<Cross> crosses(count, {Vector2d::Zero(), 0.35, false});
+  std::copy(faint.crosses.begin(), faint.crosses.end(), crosses.begin());
+  auto [reading, marks] = Reseau(crosses);
   reading.best.nats = faint.nats;
   reading.margin = faint.margin;
   reading.scanner_margin = faint.scanner_margin;
@@ -126,9 +129,25 @@ TEST(WrongMarks, FaintMarksAreUsedWhereOnlyGrainKeepsThemFromCorrelating) {
   EXPECT_EQ(UsedOf({.sigma_px = 0.5}), 0);
 }
 
-TEST(WrongMarks, FaintMarksAreUsedWhereAllOfTheCamerasAreFound) {
+TEST(WrongMarks, FaintMarksAreUsedWhereAllOfTheCamerasMarksAre) {
   EXPECT_EQ(UsedOf({.nats = 10, .margin = 4, .scanner_margin = 4}), 4);
   EXPECT_EQ(UsedOf({.margin = 4, .marks = 3, .found = 3}), 0);
+  const Cross clearer{Vector2d::Zero(), 0.5, false}, contradicted{{0.5, 0}, 0.35, false};
+  EXPECT_EQ(UsedOf({.margin = 4, .crosses = {clearer, clearer}}), 4);
+  EXPECT_EQ(UsedOf({.margin = 4, .marks = 5, .found = 5, .crosses = {contradicted}}), 0);
+}
+
+TEST(WrongMarks, OneUnlikeMarkAmongFaintOnesLeavesADoubt) {
+  auto [reading, marks] = Reseau(std::vector<Cross>(4, {Vector2d::Zero(), 0.35, false}));
+  reading.best.nats = 20;
+  reading.margin = reading.scanner_margin = 4;
+  for (FilmMark& mark : marks) {
+    mark.position->correlation_without_grain = 0.9;
+    mark.position->gain_over_sigma = 12;
+  }
+  EXPECT_EQ(Used(WithoutWrongMarks(reading, marks)), 4);
+  marks[2].position->correlation_without_grain = 0.6;
+  EXPECT_EQ(Used(WithoutWrongMarks(reading, marks)), 0);
 }
 
 TEST(WrongMarks, FaintMarksWithoutTheOthersAreUsedOnlyInAReadingBeyondDoubt) {
