@@ -6,7 +6,6 @@
 #include <cmath>
 #include <tuple>
 
-#include "core/base/median.h"
 #include "core/matching/correlation.h"
 #include "core/raster/resample.h"
 #include "interior/marks/match_precision.h"
@@ -153,17 +152,21 @@ class Refiner {
 };
 
 // Sigma of the grain, from pixels three apart, where it is hardly correlated; picture content that
-// covers less than half of the image does not count.
+// covers less than three quarters of the image hardly counts, and clipped grey values not at all.
 double GrainOf(const Image& image) {
   constexpr int kApart = 3, kEvery = 3;
+  constexpr double kQuartile = 0.3186;  // of the absolute value of a normal variable of sigma 1
   std::vector<double> bends;
   for (int row = 0; row < image.height; row += kEvery)
     for (int col = kApart; col < image.width - kApart; col += kEvery) {
       const float bend =
           image.At(col - kApart, row) - 2 * image.At(col, row) + image.At(col + kApart, row);
-      if (std::isfinite(bend)) bends.push_back(std::abs(bend));
+      if (std::isfinite(bend) && bend != 0) bends.push_back(std::abs(bend));
     }
-  return bends.empty() ? 0 : kSigmaOfMedianDeviation * Median(std::move(bends)) / std::sqrt(6.0);
+  if (bends.empty()) return 0;
+  const auto quarter = bends.begin() + static_cast<std::ptrdiff_t>(bends.size() / 4);
+  std::nth_element(bends.begin(), quarter, bends.end());
+  return *quarter / (kQuartile * std::sqrt(6.0));
 }
 
 // The coefficient that a faint mark would have without the scan's grain, in place of the one that
@@ -266,7 +269,7 @@ MarkCandidates TemplateSearch::Find(ScanWindows& scan, const MarkShape& shape,
   // A clear mark has side maxima where ring and arms overlap themselves: no separate marks.
   const double distance = 1.2 * MarkRadius(shape) / result.coarse_pixel_mm;
   const bool grainy = drawn_ && !shape.picture && templates.reduction < kHardlyReduced;
-  const double grain = grainy ? GrainOf(flat) : 0;
+  const double grain = grainy ? GrainOf(seen.image) : 0;
   // More places than asked for, as their order may change, and those that grain keeps below.
   const int looked_at = search.max_count + search.max_count / 2;
   const double least = (grainy ? 0.6 : 1) * search.min_ncc;

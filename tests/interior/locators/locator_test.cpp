@@ -170,6 +170,22 @@ TEST_F(LocatorAlone, NccScoresAFaintThinMarkWithoutItsGrain) {
   }
 }
 
+// Grey values that are all alike are no sign of film without grain.
+TEST_F(LocatorAlone, NccScoresAFaintThinMarkWithoutItsGrainBesideABlackScannerBed) {
+  Trial trial{Drawn({CrossElement{1.5, 0.05, 0, 0}})};
+  trial.contrast = 36;
+  trial.noise = 12;
+  Window window = Simulate(trial, 1);
+  const int first = static_cast<int>(window.truth.x()) + 40;
+  ASSERT_LT(first, 0.7 * window.image.width);
+  for (int row = 0; row < window.image.height; ++row)
+    for (int col = first; col < window.image.width; ++col) window.image.At(col, row) = 0;
+  const MarkCandidates found = Find(LocatorKind::kNcc, trial, window.image);
+  ASSERT_FALSE(found.bright.empty());
+  EXPECT_LT((found.bright[0].pixel - window.truth).norm(), 1.5);
+  EXPECT_GT(found.bright[0].ncc, 0.75);
+}
+
 TEST_F(LocatorAlone, LinesFindsThinCrossesInThePicture) {
   Trial trial{Drawn(kThinCross, MarkBackground::kImage), true};
   for (const bool dark : {false, true}) {
