@@ -238,7 +238,8 @@ FilmMarks WithoutWrongMarks(const FilmReading& reading, const FilmMarks& measure
       return marks;
     };
     FilmMarks marks = left(true);
-    return AreAllUsed(marks) || IsBeyondDoubt(reading) ? marks : left(false);
+    if (AreAllUsed(marks) || IsBeyondDoubt(reading)) return marks;
+    return left(false);
   };
   // Without enough neighbours there is no reseau, and no check as sharp; marks that clear
   // strokes in the picture contradicted are then judged again.

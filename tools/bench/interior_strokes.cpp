@@ -335,6 +335,8 @@ Asked Parse(const std::vector<std::string>& words) {
       asked.scanner = value();
     } else if (words[i] == "--stroke") {
       asked.stroke_px = std::stod(value());
+    } else if (words[i].starts_with("--")) {
+      throw InputError("no option " + words[i]);
     } else {
       asked.cameras.insert(words[i]);
     }

@@ -100,6 +100,7 @@ struct Faint {
   double without_grain = 0.9, gain_over_sigma = 12, nats = 20, margin = 10, sigma_px = 0.15;
   double scanner_margin = 10;
   int marks = 4, found = 4;
+  bool one_unlike = false;
   std::vector<Cross> crosses = {};  // the first of them, in place of faint ones
 };
 
@@ -119,6 +120,7 @@ int UsedOf(const Faint& faint) {
     marks[i] = {};
     reading.best.choice[i] = -1;
   }
+  if (faint.one_unlike) marks[2].position->correlation_without_grain = 0.6;
   return Used(WithoutWrongMarks(reading, marks));
 }
 
@@ -138,16 +140,8 @@ TEST(WrongMarks, FaintMarksAreUsedWhereAllOfTheCamerasMarksAre) {
 }
 
 TEST(WrongMarks, OneUnlikeMarkAmongFaintOnesLeavesADoubt) {
-  auto [reading, marks] = Reseau(std::vector<Cross>(4, {Vector2d::Zero(), 0.35, false}));
-  reading.best.nats = 20;
-  reading.margin = reading.scanner_margin = 4;
-  for (FilmMark& mark : marks) {
-    mark.position->correlation_without_grain = 0.9;
-    mark.position->gain_over_sigma = 12;
-  }
-  EXPECT_EQ(Used(WithoutWrongMarks(reading, marks)), 4);
-  marks[2].position->correlation_without_grain = 0.6;
-  EXPECT_EQ(Used(WithoutWrongMarks(reading, marks)), 0);
+  EXPECT_EQ(UsedOf({.margin = 4, .scanner_margin = 4}), 4);
+  EXPECT_EQ(UsedOf({.margin = 4, .scanner_margin = 4, .one_unlike = true}), 0);
 }
 
 TEST(WrongMarks, FaintMarksWithoutTheOthersAreUsedOnlyInAReadingBeyondDoubt) {
