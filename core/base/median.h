@@ -25,6 +25,13 @@ inline double Median(std::vector<double> values) {
   return 0.5 * (*middle + *std::max_element(values.begin(), middle));
 }
 
+// The value that a quarter of the others are below: one that occurs. `values` is not empty.
+inline double LowerQuartile(std::vector<double> values) {
+  const auto quarter = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 4);
+  std::nth_element(values.begin(), quarter, values.end());
+  return *quarter;
+}
+
 // A normal distribution's sigma, as a multiple of the median absolute deviation.
 inline constexpr double kSigmaOfMedianDeviation = 1.4826;
 

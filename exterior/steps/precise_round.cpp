@@ -6,8 +6,10 @@
 #include <functional>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "core/base/chi_square.h"
+#include "core/base/median.h"
 #include "core/base/side_by_side.h"
 #include "core/raster/resample.h"
 #include "exterior/steps/align.h"
@@ -106,9 +108,8 @@ int PreciseReduction(const PhotoTask& task, const PoseTrack& track) {
       sides_px.push_back(*side_px);
   if (sides_px.empty()) return 1;
   // The finer ones decide, as they would become too small.
-  const auto quartile = sides_px.begin() + static_cast<std::ptrdiff_t>(sides_px.size() / 4);
-  std::nth_element(sides_px.begin(), quartile, sides_px.end());
-  return static_cast<int>(std::clamp(*quartile / kNearly, 1.0, kMostReduction));
+  const double finer_px = LowerQuartile(std::move(sides_px));
+  return static_cast<int>(std::clamp(finer_px / kNearly, 1.0, kMostReduction));
 }
 
 PreciseRound MatchAll(const PhotoTask& task, const PhotoView& view, const Matrix6d& covariance,

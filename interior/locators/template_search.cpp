@@ -6,6 +6,7 @@
 #include <cmath>
 #include <tuple>
 
+#include "core/base/median.h"
 #include "core/matching/correlation.h"
 #include "core/raster/resample.h"
 #include "interior/marks/match_precision.h"
@@ -163,10 +164,7 @@ double GrainOf(const Image& image) {
           image.At(col - kApart, row) - 2 * image.At(col, row) + image.At(col + kApart, row);
       if (std::isfinite(bend) && bend != 0) bends.push_back(std::abs(bend));
     }
-  if (bends.empty()) return 0;
-  const auto quarter = bends.begin() + static_cast<std::ptrdiff_t>(bends.size() / 4);
-  std::nth_element(bends.begin(), quarter, bends.end());
-  return *quarter / (kQuartile * std::sqrt(6.0));
+  return bends.empty() ? 0 : LowerQuartile(std::move(bends)) / (kQuartile * std::sqrt(6.0));
 }
 
 // The coefficient that a faint mark would have without the scan's grain, in place of the one that

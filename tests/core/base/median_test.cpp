@@ -24,6 +24,12 @@ TEST(UpperMedian, OfAnEvenNumberIsTheGreaterOfTheTwoInTheMiddle) {
   EXPECT_EQ(UpperMedian({8, 1, 2, 5}), 5);
 }
 
+TEST(LowerQuartile, IsTheValueThatAQuarterAreBelow) {
+  EXPECT_EQ(LowerQuartile({7}), 7);
+  EXPECT_EQ(LowerQuartile({8, 1, 2, 5}), 2);
+  EXPECT_EQ(LowerQuartile({3, 9, 1, 8, 2, 7, 6, 5, 4}), 3);
+}
+
 TEST(Robust, SigmaIsThatOfMostValues) {
   const RobustValue robust = Robust({9, -1, 4, 5, 100});
   EXPECT_EQ(robust.median, 5);
