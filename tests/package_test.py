@@ -63,7 +63,7 @@ def main(build):
             files = {line.split()[5][2:] for line in listed.splitlines() if line[0] != "d"}
             found += complaints_about(package, files,
                                       output_of("dpkg-deb", "-f", packages[package], "Depends"))
-            found += [f"{name} is in both packages" for name in sorted(files & seen)]
+            found += [f"{name} is in two packages" for name in sorted(files & seen)]
             seen |= files
     print("\n".join(found) or "the packages are whole")
     return 1 if found else 0

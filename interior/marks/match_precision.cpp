@@ -154,17 +154,17 @@ double StructureOf(const Pixels& p, double variance) {
     const auto here = [&](const Plane& plane) { return plane.block(0, left, rows, cols); };
     const auto there = [&](const Plane& plane) { return plane.block(dr, on, rows, cols); };
     const auto pairs = static_cast<double>((here(p.mask) * there(p.mask)).sum());
+    if (pairs < 1) continue;
     const auto products = static_cast<double>((here(p.residual) * there(p.residual)).sum());
-    const double seen = pairs < 1 ? variance : std::abs(products / pairs);
-    most = std::max(most, seen - variance / std::sqrt(std::max(pairs, 1.0)));
+    most = std::max(most, std::abs(products / pairs) - variance / std::sqrt(pairs));
   }
   return most;
 }
 
 double ResidualVariance(const Pixels& p) { return Sum(p.residual.square()) / p.count; }
 
-double WithoutGrain(const Pixels& p) {
-  return std::sqrt(p.explained / (p.explained + StructureOf(p, ResidualVariance(p))));
+double WithoutGrain(const Pixels& p, double variance) {
+  return std::sqrt(p.explained / (p.explained + StructureOf(p, variance)));
 }
 
 constexpr int kParameters = 4;
@@ -198,7 +198,7 @@ std::optional<MatchPrecision> PrecisionOfMatch(const Image& image, const Image& 
   const Matrix2d inverse = solver.solve(Matrix2d::Identity());
   MatchPrecision precision;
   precision.covariance = inverse * spread * inverse;
-  precision.correlation_without_grain = WithoutGrain(pixels);
+  precision.correlation_without_grain = WithoutGrain(pixels, variance);
   // The sum over few lags may be too small; the value for independent residuals is the lower limit.
   const double model_squares = Sum(pixels.model.square());
   gain_spread = degrees * std::max(gain_spread, variance * model_squares);
@@ -211,8 +211,9 @@ std::optional<double> CorrelationWithoutGrain(const Image& image, const Image& m
                                               double most_residual) {
   Pixels pixels = Sample(image, model, model_from_image);
   if (pixels.count <= kParameters || !Regress(&pixels)) return std::nullopt;
-  if (ResidualVariance(pixels) > most_residual * most_residual) return std::nullopt;
-  return WithoutGrain(pixels);
+  const double variance = ResidualVariance(pixels);
+  if (variance > most_residual * most_residual) return std::nullopt;
+  return WithoutGrain(pixels, variance);
 }
 
 }  // namespace orient::interior
