@@ -5,13 +5,16 @@
                                 text), one at a time, and shows which test kills each; known results
                                 are reused as long as the mutated source and the name are unchanged
     mutate.py --all             all of them
+    mutate.py --part K/N ...    of those chosen, the K-th, the (K+N)-th and so on, in a copy of the
+                                sources of their own: parts may run side by side
     mutate.py --self-test       checks that every mutant can still be made
 
 A mutant replaces a piece of text in one source; the tables beside this file, <module>.toml, list
-them. It is made in a copy of the sources (build/mutation), where only what depends on it is built
-again. It may be killed by the compiler; by tests of the source's own test file, then of its module,
-then of the modules above, until one fails; or by a test that runs for more than ten minutes. A
-mutant with a `reason` is known to survive; the reason says why that does no harm.
+them. It is made in a copy of the sources (build/mutation, or build/mutation_K), where only what
+depends on it is built again. It may be killed by the compiler; by tests of the source's own test
+file, then of its module, then of the modules above, until one fails; or by a test that runs for
+more than ten minutes. A mutant with a `reason` is known to survive; the reason says why that does
+no harm.
 """
 
 import hashlib
@@ -26,8 +29,6 @@ import tomllib
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 TABLES = ROOT / "tests/mutation"
-PLACE = ROOT / "build/mutation"
-SOURCES, BUILD, RECORD = PLACE / "sources", PLACE / "build", PLACE / "killed.json"
 LEAST = 120
 # Tests that run the program from outside.
 SCRIPTS = {"upload": "tests/cluster/upload_test.py"}
@@ -81,33 +82,6 @@ def self_test():
     return 1 if wrong else 0
 
 
-def run(line, log, seconds=None):
-    """The exit code; None after a timeout."""
-    with open(log, "w", encoding="utf-8") as file:
-        try:
-            return subprocess.run(line, stdout=file, stderr=file, check=False, cwd=SOURCES,
-                                  timeout=seconds).returncode
-        except subprocess.TimeoutExpired:
-            return None
-
-
-def copy_sources():
-    """Copies only files that differ: unchanged ones keep their times and are not built again."""
-    names = subprocess.run(["git", "-C", ROOT, "ls-files", "-co", "--exclude-standard"], check=True,
-                           capture_output=True, text=True).stdout.split("\n")
-    for name in filter(None, names):
-        there, here = SOURCES / name, (ROOT / name).read_bytes()
-        if not there.exists() or there.read_bytes() != here:
-            there.parent.mkdir(parents=True, exist_ok=True)
-            there.write_bytes(here)
-
-
-def build(targets):
-    code = run(["cmake", "--build", BUILD, "-j", str(os.cpu_count()), "--target", *targets],
-               PLACE / "build.log")
-    return code == 0
-
-
 def own_suites(mutant):
     """A filter for the suites of the source's own test file; empty if it has none."""
     stem = pathlib.Path(mutant["file"]).with_suffix("")
@@ -118,68 +92,108 @@ def own_suites(mutant):
     return ":".join(f"{suite}.*:*/{suite}.*" for suite in sorted(suites))
 
 
-def failing_test(test, only=""):
-    """Name of the first failing test; empty if all pass."""
-    log = PLACE / "test.log"
-    if test in SCRIPTS:
-        code = run([sys.executable, SOURCES / SCRIPTS[test], BUILD / "orient", "--all"], log, MOST_SECONDS)
-        return "" if code == 0 else test
-    if not test.startswith("test_"):
-        code = run([BUILD / f"tests/fuzz/{test}", SOURCES / "tests/fuzz/corpus"], log, MOST_SECONDS)
-        return "" if code == 0 else test
-    code = run([BUILD / f"tests/{test}", f"--gtest_filter={only}{QUICK if only else '*' + QUICK}",
-                "--gtest_fail_fast", "--gtest_brief=1"], log, MOST_SECONDS)
-    if code == 0:
-        return ""
-    text = log.read_text(encoding="utf-8", errors="replace")
-    failed = re.search(r"^\[  FAILED  \] ([^\s,]+)", text, re.MULTILINE)
-    return failed.group(1) if failed else f"{test} " + ("hangs" if code is None else "ends early")
-
-
-def killer(mutant):
-    """What kills a mutant; None if nothing does."""
-    tests = TESTS[mutant["room"]]
-    for place, test in enumerate(tests):
-        program = ["orient"] if test == "test_end_to_end" or test in SCRIPTS else []
-        if not build(program + ([] if test in SCRIPTS else [test])):
-            return "the compiler"
-        suites = own_suites(mutant) if place == 0 else ""
-        found = (failing_test(test, suites) if suites else "") or failing_test(test)
-        if found:
-            return found
-    return None
-
-
 def digest_of(mutant):
     return hashlib.sha256(json.dumps([mutated(mutant), mutant["name"]]).encode()).hexdigest()
 
 
-def judge(chosen):
-    PLACE.mkdir(parents=True, exist_ok=True)
-    known = json.loads(RECORD.read_text(encoding="utf-8")) if RECORD.exists() else {}
-    copy_sources()
-    if not BUILD.exists():
-        subprocess.run(["cmake", "-S", SOURCES, "-B", BUILD, "-G", "Ninja",
-                        "-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_CXX_FLAGS_RELEASE=-O2 -DNDEBUG"],
-                       check=True, stdout=subprocess.DEVNULL)
-    survivors = 0
-    for mutant in chosen:
+class Copy:
+    """A copy of the sources, its build tree and the results known there."""
+
+    def __init__(self, place):
+        self.place, self.sources, self.tree = place, place / "sources", place / "build"
+        self.record = place / "killed.json"
+        self.known = {}
+        if self.record.exists():
+            self.known = json.loads(self.record.read_text(encoding="utf-8"))
+        self.refresh()
+        if not self.tree.exists():
+            subprocess.run(["cmake", "-S", self.sources, "-B", self.tree, "-G", "Ninja",
+                            "-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_CXX_FLAGS_RELEASE=-O2 -DNDEBUG"],
+                           check=True, stdout=subprocess.DEVNULL)
+
+    def refresh(self):
+        """Copies only files that differ: unchanged ones keep their times, thus their objects."""
+        names = subprocess.run(["git", "-C", ROOT, "ls-files", "-co", "--exclude-standard"],
+                               check=True, capture_output=True, text=True).stdout.split("\n")
+        for name in filter(None, names):
+            there, here = self.sources / name, (ROOT / name).read_bytes()
+            if not there.exists() or there.read_bytes() != here:
+                there.parent.mkdir(parents=True, exist_ok=True)
+                there.write_bytes(here)
+
+    def run(self, line, log, seconds=None):
+        """The exit code; None after a timeout."""
+        with open(self.place / log, "w", encoding="utf-8") as file:
+            try:
+                return subprocess.run(line, stdout=file, stderr=file, check=False, cwd=self.sources,
+                                      timeout=seconds).returncode
+            except subprocess.TimeoutExpired:
+                return None
+
+    def build(self, targets):
+        return self.run(["cmake", "--build", self.tree, "-j", str(os.cpu_count()), "--target",
+                         *targets], "build.log") == 0
+
+    def failing_test(self, test, only=""):
+        """Name of the first failing test; empty if all pass."""
+        log = "test.log"
+        if test in SCRIPTS:
+            code = self.run([sys.executable, self.sources / SCRIPTS[test], self.tree / "orient",
+                             "--all"], log, MOST_SECONDS)
+            return "" if code == 0 else test
+        if not test.startswith("test_"):
+            code = self.run([self.tree / f"tests/fuzz/{test}", self.sources / "tests/fuzz/corpus"],
+                            log, MOST_SECONDS)
+            return "" if code == 0 else test
+        code = self.run([self.tree / f"tests/{test}",
+                         f"--gtest_filter={only}{QUICK if only else '*' + QUICK}",
+                         "--gtest_fail_fast", "--gtest_brief=1"], log, MOST_SECONDS)
+        if code == 0:
+            return ""
+        text = (self.place / log).read_text(encoding="utf-8", errors="replace")
+        failed = re.search(r"^\[  FAILED  \] ([^\s,]+)", text, re.MULTILINE)
+        if failed:
+            return failed.group(1)
+        return f"{test} " + ("hangs" if code is None else "ends early")
+
+    def killer(self, mutant):
+        """What kills a mutant; None if nothing does."""
+        for place, test in enumerate(TESTS[mutant["room"]]):
+            program = ["orient"] if test == "test_end_to_end" or test in SCRIPTS else []
+            if not self.build(program + ([] if test in SCRIPTS else [test])):
+                return "the compiler"
+            suites = own_suites(mutant) if place == 0 else ""
+            found = (self.failing_test(test, suites) if suites else "") or self.failing_test(test)
+            if found:
+                return found
+        return None
+
+    def judge(self, mutant):
+        """What kills a mutant, from the record if that is known."""
         digest = digest_of(mutant)
-        if digest not in known:
-            start, path = time.monotonic(), SOURCES / mutant["file"]
+        if digest not in self.known:
+            start, path = time.monotonic(), self.sources / mutant["file"]
             whole = path.read_bytes()
             try:
                 path.write_text(mutated(mutant), encoding="utf-8")
-                known[digest] = {"by": killer(mutant), "seconds": round(time.monotonic() - start)}
+                self.known[digest] = {"by": self.killer(mutant),
+                                      "seconds": round(time.monotonic() - start)}
             finally:
                 path.write_bytes(whole)
-            RECORD.write_text(json.dumps(known, indent=1), encoding="utf-8")
-        by = known[digest]["by"]
+            self.record.write_text(json.dumps(self.known, indent=1), encoding="utf-8")
+        return self.known[digest]["by"]
+
+
+def judge(chosen, place):
+    copy = Copy(place)
+    killed = survivors = 0
+    for mutant in chosen:
+        by = copy.judge(mutant)
+        killed += by is not None
         survivors += by is None and "reason" not in mutant
         print(f"{mutant['room']:9} {mutant['name']:65} "
               + (by or ("SURVIVES" if "reason" not in mutant else f"survives: {mutant['reason']}")),
               flush=True)
-    killed = sum(known[digest_of(mutant)]["by"] is not None for mutant in chosen)
     print(f"{killed} of {len(chosen)} mutants killed, {survivors} survive without a reason")
     return 1 if survivors else 0
 
@@ -189,10 +203,14 @@ def main(words):
         sys.exit(__doc__)
     if words == ["--self-test"]:
         return self_test()
+    part, parts, place = 1, 1, ROOT / "build/mutation"
+    if words[0] == "--part":
+        part, parts = (int(number) for number in words[1].split("/"))
+        place, words = ROOT / f"build/mutation_{part}", words[2:]
     chosen = [mutant for mutant in mutants()
               if words == ["--all"] or any(word == mutant["room"] or word in mutant["name"]
                                            for word in words)]
-    return judge(chosen)
+    return judge(chosen[part - 1::parts], place)
 
 
 if __name__ == "__main__":
