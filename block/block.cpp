@@ -68,10 +68,11 @@ std::vector<BlockPhotoFile> ReadPhotos(const BlockInputs& inputs, const ResultSt
   for (const std::string& path : inputs.Block().photos)
     photos.push_back(ReadBlockPhoto(path, results.PathOf(PhotoName(path)), inputs.Camera(),
                                     inputs.Marks(), inputs.OutputDirectory()));
-  // An earlier run's picture of a photo that has no patches any more.
+  // An earlier run's picture of a photo that has no patches any more. Where only the interior
+  // orientation disagrees now, the picture is that of the stage's result, which stays.
   std::error_code ignored;
   for (const BlockPhotoFile& photo : photos)
-    if (!photo.HasPose())
+    if (!photo.HasPose() && !Has(photo.exterior.findings, Reason::kScanOrientationExcluded))
       fs::remove(fs::path(inputs.OutputDirectory()) / (photo.name + ".patches.png"), ignored);
   return photos;
 }

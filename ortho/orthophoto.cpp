@@ -151,6 +151,10 @@ OrthoShares MakeOrthophoto(const OrientedPhoto& photo, const OrthoOptions& optio
                            const OrthoPlan& plan, const std::string& path,
                            ProgressListener* listener) {
   const BandRaster scan = BandRaster::Open(photo.scan);
+  if (photo.negative && !scan.Format().IsUnsigned())
+    throw InputError(photo.scan +
+                     ": is a negative whose values have a sign, so that their range is "
+                     "not known; convert it with gdal_translate -ot UInt16 -scale");
   const GroundSurface surface = SurfaceUnderPhoto(photo.view, options.dem, options.crs);
   const Rectifier rectifier(photo.view, surface, scan,
                             {options.border_mm, photo.marks, photo.negative});

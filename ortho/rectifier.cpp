@@ -55,8 +55,7 @@ double Reduction(const Rectifier::Places& places, const PixelWindow& window) {
 
 // Limits values to the format's range, since interpolation overshoots; inverts a negative.
 float Clamped(const BandFormat& format, float value, bool negative) {
-  constexpr int kFirstSigned = 3;  // GDT_Int16 and what follows
-  if (format.type >= kFirstSigned) return value;
+  if (!format.IsUnsigned()) return value;
   const float most = static_cast<float>((1 << format.bits) - 1);
   return std::clamp(negative ? most - value : value, 0.0f, most);
 }

@@ -25,7 +25,7 @@ struct OrthoTile {
 struct RectifierOptions {
   double border_mm = 0;            // along the frame's edge that is not shown
   std::vector<Bounds> marks = {};  // of the photo system, mm: nor are these
-  bool negative = false;           // unsigned values of 8 and 16 bits are inverted
+  bool negative = false;           // unsigned values are inverted, others cannot be
 };
 
 class Rectifier {

@@ -55,7 +55,7 @@ BlockPhotoFile ReadBlockPhoto(const std::string& path, const std::string& result
 
 std::string DigestOfPhoto(const BlockPhotoFile& photo) {
   return DigestOf({{"name", photo.name},
-                   {"scan", DigestOfFile(photo.path)},
+                   {"scan", DigestOfScan(photo.path)},
                    {"exterior", Digest(ReadFile(photo.result_path))},
                    {"has a pose", photo.HasPose() ? "yes" : "no"}});
 }

@@ -83,12 +83,12 @@ Inputs InputsOfPhoto(const ExteriorRunOptions& options, const OrientationTable& 
                      const std::string& path) {
   const std::string name = PhotoName(path);
   Inputs inputs = options.inputs;
-  inputs["scan"] = DigestOfFile(path);
+  inputs["scan"] = DigestOfScan(path);
   inputs["approximation"] = Digest(TextOf(approximations.Find(name)));
   inputs["accuracy"] = AccuracyText(options);
   AddMeasurements(TextOfPoints(options.measurements, name), &inputs);
   if (options.interior)
-    inputs["interior"] = DigestOfFile(InteriorResultPath(*options.interior, name));
+    inputs["interior"] = DigestOfContents(InteriorResultPath(*options.interior, name));
   return inputs;
 }
 

@@ -121,7 +121,7 @@ std::vector<Inputs> InputsOf(const InteriorRunOptions& options, const RunCameras
       options.photos.size(),
       {{"camera", DigestOf(all)}, {"options", DigestOfOptions(options.scan)}, {"scan", ""}});
   for (size_t i = 0; i < inputs.size(); ++i) {
-    inputs[i]["scan"] = DigestOfFile(options.photos[i]);
+    inputs[i]["scan"] = DigestOfScan(options.photos[i]);
     AddMeasurements(TextOfMarks(options.measurements, PhotoName(options.photos[i])), &inputs[i]);
     if (!options.resume || !inputs[i]["scan"].empty()) continue;
     const auto then = StoreOf(options).MadeFrom(PhotoName(options.photos[i]));

@@ -210,10 +210,10 @@ Inputs KeypointStage::InputsOf(std::size_t photo, const std::vector<BlockPhotoFi
   for (const std::size_t i : lenders) lent[photos[i].name] = DigestOfPhoto(photos[i]);
   Inputs inputs = setting_.inputs;
   inputs["method"] = kMethod;
-  inputs["scan"] = DigestOfFile(photos[photo].path);
+  inputs["scan"] = DigestOfScan(photos[photo].path);
   if (setting_.camera.camera.kind == CameraKind::kFilm)
     inputs["interior"] =
-        DigestOfFile(InteriorResultPath(setting_.interior_directory, photos[photo].name));
+        DigestOfContents(InteriorResultPath(setting_.interior_directory, photos[photo].name));
   inputs["lenders"] = DigestOf(lent);
   return inputs;
 }

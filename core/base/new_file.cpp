@@ -12,6 +12,7 @@
 
 #include "core/base/environment_error.h"
 #include "core/base/error.h"
+#include "core/base/partial_files.h"
 
 namespace orient {
 namespace {
@@ -42,6 +43,16 @@ std::string Remedy(int error) {
   throw InputError(what);
 }
 
+// It would be replaced by a file, /dev/stdout too.
+void RefuseDevice(const std::string& path) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  const bool other = std::filesystem::exists(status) && !std::filesystem::is_regular_file(status) &&
+                     !std::filesystem::is_directory(status);
+  if (other || std::filesystem::absolute(path, error).parent_path() == "/dev")
+    throw InputError("cannot write " + path + ": it is a pipe or a device; name a file");
+}
+
 // A rename is on disk only after its folder is flushed. If the file system cannot do this, only the
 // safety in a power cut is lost, so a failure is no reason to refuse the result.
 void FlushFolder(const std::string& path) {
@@ -56,9 +67,9 @@ void FlushFolder(const std::string& path) {
 }  // namespace
 
 NewFile::NewFile(std::string target) : target_(std::move(target)) {
-  const std::string stem = fmt::format("{}.{}-", target_, getpid());
+  RefuseDevice(target_);
   for (int attempt = 0;; ++attempt) {
-    partial_ = fmt::format("{}{}.part", stem, attempt);
+    partial_ = PartialName(target_, attempt);
     descriptor_ = open(partial_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (descriptor_ >= 0) return;
     if (errno != EEXIST) FailToWrite(target_, errno);

@@ -52,15 +52,6 @@ std::string Extension(const std::string& path) {
   return extension;
 }
 
-// Reading a pipe without a writer would never end.
-void RequireNoPipe(const std::string& path) {
-  std::error_code error;
-  const auto status = std::filesystem::status(path, error);
-  if (std::filesystem::is_fifo(status) || std::filesystem::is_socket(status) ||
-      std::filesystem::is_character_file(status))
-    throw InputError(path + ": is a pipe, a socket or a device; give a file");
-}
-
 GDALDatasetUniquePtr Open(const std::string& name, unsigned kind,
                           const std::vector<const char*>& formats, const char* virtual_format) {
   RegisterGdalDrivers();
@@ -83,6 +74,14 @@ GDALDatasetUniquePtr Open(const std::string& name, unsigned kind,
 }
 
 }  // namespace
+
+void RequireNoPipe(const std::string& path) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (std::filesystem::is_fifo(status) || std::filesystem::is_socket(status) ||
+      std::filesystem::is_character_file(status))
+    throw InputError(path + ": is a pipe, a socket or a device; give a file");
+}
 
 GDALDatasetUniquePtr OpenRasterDataset(const std::string& path) {
   return Open(path, GDAL_OF_RASTER, kRasterFormats, "VRT");

@@ -16,6 +16,9 @@ namespace orient {
 GDALDatasetUniquePtr OpenRasterDataset(const std::string& path);
 GDALDatasetUniquePtr OpenVectorDataset(const std::string& path);
 
+// Throws InputError for pipes and the like: reading one that nobody writes to would never end.
+void RequireNoPipe(const std::string& path);
+
 // GDAL reads whole tiles and strips, and whole images of some formats. Throws InputError with the
 // remedy where one takes more than 256 MB.
 void RequireSmallBlocks(GDALDataset* dataset, const std::string& path);

@@ -118,12 +118,8 @@ void ReadImageSize(const TomlTable& root, Camera* camera) {
 }
 
 void CheckPrincipalDistance(const TomlTable& root, const Camera& camera) {
-  const double ratio = camera.principal_distance_mm / camera.frame_mm.norm();
-  if (ratio < kMinDistanceOverDiagonal || ratio > kMaxDistanceOverDiagonal)
-    root.Fail(
-        "principal_distance_mm",
-        fmt::format("is {:g} mm, for a frame whose diagonal is {:g} mm; both are in millimetres",
-                    camera.principal_distance_mm, camera.frame_mm.norm()));
+  const std::string problem = PrincipalDistanceProblem(camera);
+  if (!problem.empty()) root.Fail("principal_distance_mm", problem + "; both are in millimetres");
 }
 
 Camera ReadCamera(const TomlTable& root) {
@@ -284,6 +280,13 @@ MarkDrawing ReadMark(const TomlTable& table) {
 }
 
 }  // namespace
+
+std::string PrincipalDistanceProblem(const Camera& camera) {
+  const double ratio = camera.principal_distance_mm / camera.frame_mm.norm();
+  if (ratio >= kMinDistanceOverDiagonal && ratio <= kMaxDistanceOverDiagonal) return "";
+  return fmt::format("is {:g} mm, for a frame whose diagonal is {:g} mm",
+                     camera.principal_distance_mm, camera.frame_mm.norm());
+}
 
 CameraFile ReadCameraFile(const std::string& path) {
   const toml::table document = ParseTomlFile(path);

@@ -68,6 +68,9 @@ struct CameraFile {
   std::vector<BorderFeature> border;
 };
 
+// Why the principal distance cannot be that of the camera's frame; empty if it can.
+std::string PrincipalDistanceProblem(const Camera& camera);
+
 // Throws InputError naming file, key and remedy: unknown keys (with the nearest known one), wrong
 // types, impossible values, a fiducial whose mark is not drawn.
 CameraFile ReadCameraFile(const std::string& path);

@@ -200,7 +200,7 @@ ExteriorResult ReadExteriorResult(const std::string& path) {
   const Json json = ParseJsonFile(path);
   const JsonField root(json, path);
   ExteriorResult result;
-  result.photo = ReadPhotoName(root);
+  result.photo = ReadPhotoName(root, path, ".exterior.json");
   result.status = FromName(root.At("status"), kStatuses);
   if (const auto scan = root.Find("scan")) {
     result.width = scan->At("width").AsInt();

@@ -171,7 +171,7 @@ InteriorResult ReadInteriorResult(const std::string& path) {
   const Json json = ParseJsonFile(path);
   const JsonField root(json, path);
   InteriorResult result;
-  result.photo = ReadPhotoName(root);
+  result.photo = ReadPhotoName(root, path, ".interior.json");
   result.status = FromName(root.At("status"), kStatuses);
   if (const auto field = root.Find("status_alone"))
     result.status_alone = FromName(*field, kStatuses);

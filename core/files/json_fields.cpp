@@ -81,11 +81,12 @@ class DocumentWithoutElements : public nlohmann::json_sax<Json> {
 
   bool key(string_t& name) override {
     key_ = std::move(name);
+    if (open_.back()->contains(key_))
+      throw InputError(
+          fmt::format("{}: \"{}\" occurs twice in an object; remove one", file_, key_));
     if (open_.size() != 1) return true;
     reader_ = readers_.find(key_);
     count_ = 0;
-    if (reader_ != readers_.end() && document_.contains(key_))
-      throw InputError(fmt::format("{}: the document has \"{}\" twice", file_, key_));
     return true;
   }
 
@@ -255,12 +256,10 @@ std::optional<Eigen::Vector3d> JsonField::FindVector3(const std::string& key) co
 }
 
 Json ParseJsonFile(const std::string& path) {
-  const std::string text = ReadFile(path);
-  try {
-    return Json::parse(text);
-  } catch (const Json::exception& error) {
-    RefuseAsNoJson(path, error);
-  }
+  const JsonElementReaders none;
+  DocumentWithoutElements document(path, none);
+  Json::sax_parse(ReadFile(path), &document);
+  return document.Take();
 }
 
 Json ParseJsonFile(const std::string& path, const JsonElementReaders& readers) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -23,13 +24,19 @@ Enum FromName(const JsonField& field, const std::array<Enum, n>& values) {
   field.Fail("is \"" + text + "\"; it must be one of " + known);
 }
 
-// Name of the photo that a result belongs to. It becomes a file name, so a name that leads into
-// another folder is refused.
-inline std::string ReadPhotoName(const JsonField& root) {
+// Name of the photo that the result at `path` belongs to. It becomes a file name, so a name that
+// leads into another folder is refused; so is the result of another photo: a folder's results are
+// found by their files' names, which end with `suffix`.
+inline std::string ReadPhotoName(const JsonField& root, const std::string& path,
+                                 const std::string& suffix) {
   const JsonField field = root.At("photo");
   const std::string name = field.AsString();
   if (name.empty() || name.find_first_of(std::string_view("/\0", 2)) != std::string::npos)
     field.Fail("is \"" + name + "\"; it must be a photo's name, without a folder");
+  const std::string file = std::filesystem::path(path).filename().string();
+  if (file.ends_with(suffix) && file != name + suffix)
+    field.Fail("is \"" + name + "\": the result belongs to another photo than its file's name " +
+               "says; do not rename result files");
   return name;
 }
 

@@ -13,18 +13,13 @@
 #include "core/base/error.h"
 #include "core/base/gdal_faults.h"
 #include "core/base/open_dataset.h"
+#include "core/raster/colour_bands.h"
 #include "core/raster/raster.h"
 #include "core/raster/reading_errors.h"
 #include "core/raster/window_reader.h"
 
 namespace orient {
 namespace {
-
-int BitsOf(GDALRasterBand* band) {
-  const char* bits = band->GetMetadataItem("NBITS", "IMAGE_STRUCTURE");
-  if (bits != nullptr && std::atoi(bits) > 0) return std::atoi(bits);
-  return GDALGetDataTypeSizeBits(band->GetRasterDataType());
-}
 
 // Number of bands without alpha, which only marks valid pixels.
 int CountOfValues(GDALDataset* dataset) {
@@ -66,7 +61,7 @@ void RequireUsable(GDALDataset* dataset, const std::string& path) {
   const GDALDataType type = dataset->GetRasterBand(1)->GetRasterDataType();
   for (int i = 1; i <= dataset->GetRasterCount(); ++i) {
     GDALRasterBand* band = dataset->GetRasterBand(i);
-    if (band->GetColorTable() != nullptr)
+    if (ColourTableOf(dataset, band) != nullptr)
       throw InputError(path + ": has a palette, whose values cannot be interpolated; convert it " +
                        "with gdal_translate -expand rgb (or gray)");
     if (band->GetRasterDataType() != type)
@@ -78,6 +73,8 @@ void RequireUsable(GDALDataset* dataset, const std::string& path) {
 }
 
 }  // namespace
+
+bool BandFormat::IsUnsigned() const { return type == GDT_Byte || type == GDT_UInt16; }
 
 struct BandRaster::Impl {
   std::string path;
@@ -119,15 +116,13 @@ BandRaster BandRaster::Open(const std::string& path) {
   RequireUsable(dataset, path);
   GDALRasterBand* first = dataset->GetRasterBand(1);
   const int count = CountOfValues(dataset);
-  impl->format = {count, first->GetRasterDataType(), BitsOf(first), {}};
+  impl->format = {count, first->GetRasterDataType(), BitsPerSample(first), {}};
   std::vector<GDALRasterBand*> bands;
   for (int i = 1; i <= count; ++i) {
     bands.push_back(dataset->GetRasterBand(i));
     impl->format.colours.push_back(bands.back()->GetColorInterpretation());
   }
-  const bool inverted = dataset->GetMetadataItem("MINISWHITE", "IMAGE_STRUCTURE") != nullptr ||
-                        first->GetMetadataItem("MINISWHITE", "IMAGE_STRUCTURE") != nullptr;
-  impl->white_is_zero = inverted && count == 1 && GDALDataTypeIsInteger(first->GetRasterDataType());
+  impl->white_is_zero = count == 1 && IsWhiteZero(dataset);
   impl->nodata = NodataOf(bands);
   if (impl->white_is_zero)
     for (float& value : impl->nodata)

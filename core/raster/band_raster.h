@@ -18,6 +18,7 @@ struct BandFormat {
   int bits = 8;              // used of an unsigned value
   std::vector<int> colours;  // GDALColorInterp of each band
 
+  bool IsUnsigned() const;  // from 0 to the greatest value of its bits
   bool operator==(const BandFormat&) const = default;
 };
 

@@ -43,12 +43,6 @@ GDALRasterBand* OverviewOfSize(GDALRasterBand* band, int width, int height) {
   return nullptr;
 }
 
-int BitsPerSample(GDALRasterBand* band) {
-  const char* bits = band->GetMetadataItem("NBITS", "IMAGE_STRUCTURE");
-  if (bits != nullptr && std::atoi(bits) > 0) return std::atoi(bits);
-  return GDALGetDataTypeSizeBits(band->GetRasterDataType());
-}
-
 // How a format's overviews are aligned with the raster.
 enum class OverviewKind {
   kStretched,   // to the raster's extent, as GDAL builds them
@@ -73,24 +67,6 @@ double OverviewOrigin(OverviewKind kind, double scale) {
 
 }  // namespace
 
-std::vector<GDALRasterBand*> ColourBands(GDALDataset* dataset) {
-  GDALRasterBand* red = nullptr;
-  GDALRasterBand* green = nullptr;
-  GDALRasterBand* blue = nullptr;
-  std::vector<GDALRasterBand*> plain;  // all but alpha
-  for (int i = 1; i <= dataset->GetRasterCount(); ++i) {
-    GDALRasterBand* band = dataset->GetRasterBand(i);
-    const GDALColorInterp meaning = band->GetColorInterpretation();
-    if (meaning == GCI_RedBand && red == nullptr) red = band;
-    if (meaning == GCI_GreenBand && green == nullptr) green = band;
-    if (meaning == GCI_BlueBand && blue == nullptr) blue = band;
-    if (meaning != GCI_AlphaBand) plain.push_back(band);
-  }
-  if (red != nullptr && green != nullptr && blue != nullptr) return {red, green, blue};
-  if (plain.size() >= 3) return {plain[0], plain[1], plain[2]};
-  return {plain.empty() ? dataset->GetRasterBand(1) : plain[0]};
-}
-
 GreyReader::GreyReader(GDALDataset* dataset, std::string path)
     : dataset_(dataset), path_(std::move(path)) {
   ChooseBands();
@@ -113,11 +89,7 @@ void GreyReader::ChooseBands() {
     nodata_.push_back(has_nodata ? std::vector<float>{static_cast<float>(nodata)}
                                  : std::vector<float>{});
   }
-  const char* inverted = dataset_->GetMetadataItem("MINISWHITE", "IMAGE_STRUCTURE");
-  if (inverted == nullptr)
-    inverted = base.colours[0]->GetMetadataItem("MINISWHITE", "IMAGE_STRUCTURE");
-  const GDALDataType type = base.colours[0]->GetRasterDataType();
-  if (inverted != nullptr && base.colours.size() == 1 && (type == GDT_Byte || type == GDT_UInt16))
+  if (IsWhiteZero(dataset_))
     white_is_ = static_cast<float>((1 << BitsPerSample(base.colours[0])) - 1);
   AddLevel(base);
 }
@@ -131,7 +103,7 @@ void GreyReader::AddLevel(Level level) {
 
 void GreyReader::ReadPalette() {
   if (levels_[0].colours.size() != 1) return;
-  const GDALColorTable* table = levels_[0].colours[0]->GetColorTable();
+  const GDALColorTable* table = ColourTableOf(dataset_, levels_[0].colours[0]);
   if (table == nullptr) return;
   for (int i = 0; i < table->GetColorEntryCount(); ++i) {
     GDALColorEntry entry;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <numbers>
 #include <stdexcept>
 
 #include "core/base/atomic_write.h"
@@ -25,8 +26,8 @@ std::string Quoted(const std::string& text) {
   return quoted.append("'");
 }
 
-// The horizontal part with x east, y north. Never reads a file or the network.
-std::optional<OGRSpatialReference> Understand(const std::string& definition) {
+// With x east, y north. Never reads a file or the network.
+std::optional<OGRSpatialReference> UnderstandWhole(const std::string& definition) {
   OGRSpatialReference crs;
   if (crs.SetFromUserInput(definition.c_str(),
                            OGRSpatialReference::SET_FROM_USER_INPUT_LIMITATIONS_get()) !=
@@ -34,8 +35,13 @@ std::optional<OGRSpatialReference> Understand(const std::string& definition) {
     ThrowIfOutOfResources();  // PROJ reads a database of its own
     return std::nullopt;
   }
-  crs.StripVertical();
   crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
+  return crs;
+}
+
+std::optional<OGRSpatialReference> Understand(const std::string& definition) {
+  auto crs = UnderstandWhole(definition);
+  if (crs) crs->StripVertical();
   return crs;
 }
 
@@ -123,6 +129,33 @@ std::optional<int> Crs::Epsg() const {
   if (authority == nullptr || code == nullptr || std::string(authority) != "EPSG")
     return std::nullopt;
   return std::atoi(code);
+}
+
+std::optional<double> FullTurnOf(const std::string& definition) {
+  const QuietGdal quiet;
+  const auto crs = Understand(definition);
+  if (!crs || !crs->IsGeographic() || !(crs->GetAngularUnits() > 0)) return std::nullopt;
+  return 2 * std::numbers::pi / crs->GetAngularUnits();
+}
+
+void RequireHeightsInMetres(const std::string& definition, const std::string& origin) {
+  const QuietGdal quiet;
+  const auto crs = UnderstandWhole(definition);
+  if (!crs || crs->IsVertical() == 0) return;
+  const char* unit = nullptr;
+  const double metres = crs->GetTargetLinearUnits("VERT_CS", &unit);
+  if (std::abs(metres - 1) > 1e-12)
+    throw InputError(
+        fmt::format("{}: the heights of the CRS {} are in '{}', not in metres; convert "
+                    "them, and give a CRS without them",
+                    origin, Quoted(crs->GetName()), unit == nullptr ? "" : unit));
+  OGRAxisOrientation orientation = OAO_Up;
+  crs->GetAxis("VERT_CS", 0, &orientation);
+  if (orientation == OAO_Down)
+    throw InputError(
+        fmt::format("{}: the CRS {} counts depths, downwards; convert them to heights, "
+                    "and give a CRS without them",
+                    origin, Quoted(crs->GetName())));
 }
 
 bool Crs::SameAs(const Crs& other) const { return SameHorizontalCrs(wkt_, other.wkt_); }

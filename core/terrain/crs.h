@@ -33,6 +33,13 @@ class Crs {
 // The same for any two definitions, geographic ones too. Throws InputError: not understood.
 bool SameHorizontalCrs(const std::string& a, const std::string& b);
 
+// 360 degrees in the unit of a geographic CRS; empty for others.
+std::optional<double> FullTurnOf(const std::string& definition);
+
+// Throws InputError naming `origin` where the definition has heights that are not in metres, or
+// depths. One without heights says nothing about them.
+void RequireHeightsInMetres(const std::string& definition, const std::string& origin);
+
 // Horizontal coordinates of one CRS in another, always in the order x (east, longitude), y (north,
 // latitude), in each CRS's own unit. Not thread-safe: one object per thread.
 class CoordinateTransform {

@@ -4,23 +4,45 @@
 #include <gdal_priv.h>
 #include <ogr_spatialref.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <string_view>
 
 #include "core/base/environment_error.h"
 #include "core/base/error.h"
 #include "core/base/open_dataset.h"
 #include "core/base/quiet_gdal.h"
+#include "core/base/trimmed.h"
 #include "core/geometry/ground_height.h"
+#include "core/terrain/crs.h"
 
 namespace orient {
 namespace {
 
-bool InFeet(const std::string& unit) {
-  for (const char* feet : {"ft", "foot", "feet", "us-ft", "ftUS", "sfoot", "US survey foot"})
-    if (unit == feet) return true;
-  return false;
+bool IsMetre(std::string unit) {
+  std::transform(unit.begin(), unit.end(), unit.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string_view name = Trimmed(unit);
+  return name.empty() || name == "m" || name == "metre" || name == "metres" || name == "meter" ||
+         name == "meters";
+}
+
+// Throws InputError unless the band's values, scaled, are heights in metres.
+void RequireMetres(GDALRasterBand* band, const std::string& path) {
+  const std::string unit = band->GetUnitType();
+  if (!IsMetre(unit))
+    throw InputError(path + ": the heights of the DEM are in '" + unit +
+                     "', not in metres; convert them, for example with gdal_calc.py, or, if they " +
+                     "are in metres, correct their unit with gdal_edit.py -units m");
+  const double scale = band->GetScale(), offset = band->GetOffset();
+  if (!std::isfinite(scale) || scale == 0 || !std::isfinite(offset))
+    throw InputError(fmt::format(
+        "{}: the DEM's scale is {} and its offset {}: its values give no heights; correct them "
+        "with gdal_edit.py -scale and -offset",
+        path, scale, offset));
 }
 
 }  // namespace
@@ -64,11 +86,9 @@ DemRaster::DemRaster(const std::string& path) : path_(path), impl_(std::make_uni
     throw InputError(path + ": is a picture in colours; a DEM has one band of heights in metres");
   RequireSmallBlocks(impl_->dataset.get(), path);
   impl_->band = impl_->dataset->GetRasterBand(1);
-  const std::string unit = impl_->band->GetUnitType();
+  RequireMetres(impl_->band, path);
   quiet.ThrowFaults();
-  if (InFeet(unit))
-    throw InputError(path + ": the heights of the DEM are in '" + unit +
-                     "', not in metres; convert them, for example with gdal_calc.py");
+  RequireHeightsInMetres(wkt_, path);
 }
 
 DemRaster::~DemRaster() = default;

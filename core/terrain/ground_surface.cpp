@@ -96,19 +96,30 @@ class DemFrame {
     try {
       dem_from_block_ = CoordinateTransform::Between(dem.Wkt(), block_crs.Wkt());
       block_from_dem_ = CoordinateTransform::Between(block_crs.Wkt(), dem.Wkt());
+      full_turn_ = FullTurnOf(dem.Wkt());
     } catch (const InputError& error) {
       throw InputError(fmt::format("{}: {}; reproject the DEM with gdalwarp", path, error.what()));
     }
   }
 
+  // Longitudes may be counted from 0 to 360 in the DEM and from -180 to 180 by PROJ, or otherwise:
+  // from now on they are those of the DEM at this place.
+  void CountAsAt(const Eigen::Vector2d& xy, const DemRaster& dem) {
+    const auto in_dem = full_turn_ ? (*dem_from_block_)(xy) : std::nullopt;
+    if (!in_dem) return;
+    const Eigen::Vector2d middle =
+        dem_from_node_ * (0.5 * Eigen::Vector2d(dem.Columns(), dem.Rows()));
+    turn_ = *full_turn_ * std::round((middle.x() - in_dem->x()) / *full_turn_);
+  }
+
   std::optional<Eigen::Vector2d> NodeFromBlock(const Eigen::Vector2d& xy) const {
     const auto in_dem = dem_from_block_ ? (*dem_from_block_)(xy) : std::optional(xy);
     if (!in_dem) return std::nullopt;
-    return node_from_dem_ * *in_dem;
+    return node_from_dem_ * Eigen::Vector2d(in_dem->x() + turn_, in_dem->y());
   }
 
   std::optional<Eigen::Vector2d> BlockFromNode(const Eigen::Vector2d& node) const {
-    const Eigen::Vector2d in_dem = dem_from_node_ * node;
+    const Eigen::Vector2d in_dem = dem_from_node_ * node - Eigen::Vector2d(turn_, 0);
     return block_from_dem_ ? (*block_from_dem_)(in_dem) : std::optional(in_dem);
   }
 
@@ -131,6 +142,8 @@ class DemFrame {
  private:
   Affine2d node_from_dem_, dem_from_node_;
   std::optional<CoordinateTransform> dem_from_block_, block_from_dem_;  // empty: the same CRS
+  std::optional<double> full_turn_;  // of a geographic DEM, in its unit
+  double turn_ = 0;                  // added to PROJ's longitudes
 };
 
 }  // namespace
@@ -154,7 +167,10 @@ GroundSurface GroundSurface::FromFile(const std::string& path, const Crs& block_
                                       const std::optional<Bounds>& bounds) {
   auto raster = std::make_shared<const DemRaster>(path);
   const DemRaster& dem = *raster;
-  const DemFrame frame(path, dem, block_crs);
+  DemFrame frame(path, dem, block_crs);
+  if (bounds)
+    frame.CountAsAt(
+        0.5 * Eigen::Vector2d(bounds->min_x + bounds->max_x, bounds->min_y + bounds->max_y), dem);
   const auto node_from_block = [&](const Eigen::Vector2d& xy) { return frame.NodeFromBlock(xy); };
   const auto block_from_node = [&](const Eigen::Vector2d& uv) { return frame.BlockFromNode(uv); };
 

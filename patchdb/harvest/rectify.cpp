@@ -1,5 +1,10 @@
 #include "patchdb/harvest/rectify.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/base/error.h"
 #include "core/raster/resample.h"
 #include "patchdb/harvest/undeclared_void.h"
 
@@ -94,6 +99,17 @@ std::optional<ChipArea> AreaOf(const Raster& raster, const SourceView& source,
   return ChipArea{std::move(*lattice), *window};
 }
 
+// Chips are stored without a sign.
+void RequireNoNegative(const Image& image, const Raster& raster) {
+  const auto negative =
+      std::find_if(image.values.begin(), image.values.end(), [](float value) { return value < 0; });
+  if (negative != image.values.end())
+    throw InputError(fmt::format(
+        "{}: has grey values below 0 ({}); declare them with gdal_edit.py -a_nodata if they mark "
+        "missing data, otherwise convert it with gdal_translate -ot UInt16 -scale",
+        raster.Path(), *negative));
+}
+
 Image Resample(const ImageWindow& part, const ChipLattice& lattice, int chip_px) {
   Image chip(chip_px, chip_px);
   for (int row = 0; row < chip_px; ++row)
@@ -154,7 +170,9 @@ std::optional<Image> RectifyChip(const Raster& raster, const SourceView& source,
                                  int chip_px, double gsd_m) {
   const auto area = AreaOf(raster, source, heights, ground_m, chip_px, gsd_m);
   if (!area) return std::nullopt;
-  return Resample(raster.ReadGrey(area->window), area->lattice, chip_px);
+  const ImageWindow part = raster.ReadGrey(area->window);
+  RequireNoNegative(part.image, raster);
+  return Resample(part, area->lattice, chip_px);
 }
 
 double VoidShare(const Raster& raster, const SourceView& source, const HeightGrid& heights,

@@ -73,7 +73,8 @@ OrthoGeoreference GeoreferenceOf(const Raster& ortho) {
   Affine2d map_from_pixel;
   map_from_pixel.A << (*g)[1], (*g)[2], (*g)[4], (*g)[5];
   map_from_pixel.t << (*g)[0], (*g)[3];
-  if (!map_from_pixel.IsInvertible())
+  if (!map_from_pixel.A.allFinite() || !map_from_pixel.t.allFinite() ||
+      !map_from_pixel.IsInvertible())
     throw InputError(ortho.Path() + " has a degenerate georeference; it cannot be used");
   return {map_from_pixel, Crs::Parse(ortho.CrsWkt(), ortho.Path())};
 }

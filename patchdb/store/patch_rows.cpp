@@ -98,11 +98,24 @@ void BindHeights(const Patch& patch, SQLite::Statement& statement) {
   BindBlob(statement, kHeights + 1, packed->png);
 }
 
+// What a pixel or a cell may measure on the ground; an accuracy at most the latter.
+constexpr double kLeastLength_m = 1e-5, kGreatestLength_m = 1e5;
+
+bool IsBetween(double value, double least, double greatest) {
+  return value >= least && value <= greatest;  // no NaN
+}
+
 StoredHeights HeightsOf(const SQLite::Statement& row) {
   if (row.getColumn(kHeights).isNull()) return {};
-  return {BytesOf(row.getColumn(kHeights)), row.getColumn(kHeightsSize).getInt(),
-          row.getColumn(kHeightsStep).getDouble(), NumberOf(row.getColumn(kHeightsBase)),
-          NumberOf(row.getColumn(kHeightsQuantum))};
+  StoredHeights heights{BytesOf(row.getColumn(kHeights)), row.getColumn(kHeightsSize).getInt(),
+                        row.getColumn(kHeightsStep).getDouble(),
+                        NumberOf(row.getColumn(kHeightsBase)),
+                        NumberOf(row.getColumn(kHeightsQuantum))};
+  if (!IsBetween(heights.step_m, kLeastLength_m, kGreatestLength_m))
+    throw InputError(fmt::format("its heights_step_m is {}", heights.step_m));
+  if (heights.quantum_m && !(*heights.quantum_m > 0 && *heights.quantum_m <= kGreatestLength_m))
+    throw InputError(fmt::format("its heights_quantum_m is {}", *heights.quantum_m));
+  return heights;
 }
 
 HeightGrid Unpacked(const StoredHeights& heights) {
@@ -149,8 +162,8 @@ PackedPatch PackedPatchOf(const SQLite::Statement& row) {
   patch.ground_m = *ground;
   patch.source_id = row.getColumn(kSourceId).getInt64();
   patch.gsd_m = row.getColumn(kGsd).getDouble();
-  if (!(patch.gsd_m > 0) || !std::isfinite(patch.gsd_m))
-    throw InputError("its gsd_m is not positive");
+  if (!IsBetween(patch.gsd_m, kLeastLength_m, kGreatestLength_m))
+    throw InputError(fmt::format("its gsd_m is {}", patch.gsd_m));
   patch.bits = row.getColumn(kBits).getInt();
   if (!row.getColumn(kChipMask).isNull()) packed.mask = BytesOf(row.getColumn(kChipMask));
   packed.chip = BytesOf(row.getColumn(kChip));
@@ -159,6 +172,8 @@ PackedPatch PackedPatchOf(const SQLite::Statement& row) {
   if (!row.getColumn(kHeightEffect).isNull())
     patch.height_effect = DecodeVector(BytesOf(row.getColumn(kHeightEffect)));
   patch.height_sigma_m = NumberOf(row.getColumn(kHeightSigma));
+  if (patch.height_sigma_m && !IsBetween(*patch.height_sigma_m, 0, kGreatestLength_m))
+    throw InputError(fmt::format("its height_sigma_m is {}", *patch.height_sigma_m));
   ReadQualities(row, patch);
   ReadLife(row, patch);
   return packed;

@@ -31,10 +31,11 @@ def make_output(folder):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(contents)
     # Files that are not results.
-    for name in ("block.json.4000000-1.part", ".orient-block.lock", "slurm/logs/upload.log",
+    for name in ("block.json.1-1-0badcafe.part", ".orient-block.lock", "slurm/logs/upload.log",
                  "orient-upload.json"):
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(b"half")
+    os.utime(folder / "block.json.1-1-0badcafe.part", (0, 0))  # of a machine that ended long ago
     files["photos/orient-upload.json"] = b"a photo of this name"
     (folder / "photos/orient-upload.json").write_bytes(files["photos/orient-upload.json"])
     (folder / "latest.json").symlink_to("photos/3.json")
@@ -257,7 +258,7 @@ def refuses_what_it_cannot_send_whole(trial, _):
             ("gone.json", lambda path: path.symlink_to("nowhere"), "gone.json cannot be uploaded"),
             ("linked", lambda path: path.symlink_to("photos"), "linked is a link to a folder"),
             ("pipe", os.mkfifo, "pipe cannot be uploaded"),
-            (f"a.json.{os.getpid()}-1.part", pathlib.Path.touch, "is being written")):
+            ("a.json.1-1-0badcafe.part", pathlib.Path.touch, "is being written")):
         path = trial.out / name
         make(path)
         trial.upload(code=2, says=says)

@@ -1,5 +1,7 @@
 #include "ortho/orthophoto.h"
 
+#include <gdal_priv.h>
+#include <gdal_utils.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -134,6 +136,22 @@ TEST_F(OrthophotoOfHills, ANegativeBecomesAPositive) {
   photo_.negative = true;
   Make("negative", [](double x, double y) { return 65535 - East(x, y); });
   EXPECT_LT(Differences(East).back() / kPerMetre, 0.2 * photo_.view.GroundPixel(100));
+}
+
+TEST_F(OrthophotoOfHills, ANegativeOfSignedValuesIsRefused) {
+  Make("hills", East);
+  const std::string path = folder_ / "signed.tif";
+  {
+    const GDALDatasetUniquePtr scan(GDALDataset::Open(photo_.scan.c_str()));
+    const char* const options[] = {"-ot", "Int16", nullptr};
+    GDALTranslateOptions* translate = GDALTranslateOptionsNew(const_cast<char**>(options), nullptr);
+    GDALClose(GDALTranslate(path.c_str(), scan.get(), translate, nullptr));
+    GDALTranslateOptionsFree(translate);
+  }
+  photo_.scan = path;
+  photo_.negative = true;
+  ExpectError<InputError>([&] { MakeOrthophoto(photo_, options_, plan_, path_, nullptr); },
+                          {"signed.tif", "-ot UInt16"});
 }
 
 TEST_F(OrthophotoOfHills, IsTheSameForAnyNumberOfThreads) {

@@ -65,7 +65,7 @@ std::vector<std::string> FilesOf(const fs::path& folder) {
       entry.disable_recursion_pending();
       continue;
     }
-    if (IsBeingWritten(name.filename().string()))
+    if (IsBeingWritten(entry->path().string()))
       throw InputError(entry->path().string() + " is being written" + kChanges +
                        ", or remove it where a program on another machine has left it");
     if (!IsUploaded(name) || entry->symlink_status().type() == fs::file_type::directory) continue;

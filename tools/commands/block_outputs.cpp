@@ -6,9 +6,11 @@
 #include <filesystem>
 #include <set>
 
+#include "block/block_folder.h"
 #include "block/inputs/block_camera.h"
 #include "block/inputs/block_files.h"
 #include "block/pictures/scan_overview.h"
+#include "block/stages/exterior_inputs.h"
 #include "block/stages/exterior_stage.h"
 #include "core/base/environment_error.h"
 #include "core/base/error.h"
@@ -51,8 +53,9 @@ std::optional<block::Quicklook> MakeQuicklook(const BlockFile& block,
 void RemoveStale(const BlockFile& block) {
   const fs::path out(block.output_directory);
   std::error_code ignored;
-  for (const char* file : {block::kQuicklookFile, block::kSeamsFile, block::kExportsFolder})
-    fs::remove_all(out / file, ignored);
+  for (const char* file : {block::kQuicklookFile, block::kSeamsFile})
+    fs::remove(out / file, ignored);
+  RemoveExportsOf(block.output_directory);
   for (const UnusablePhoto& photo : block.unusable)
     for (const char* file : {".patches.png", ".marks.png", ".interior.json", block::kMarksOverview,
                              block::kPatchesOverview})
@@ -134,9 +137,13 @@ std::optional<Finding> SetOtherPhotosAside(const BlockFile& block) {
   if (others.empty()) return std::nullopt;
   const fs::path aside = FreshFolder(out / "not_in_block");
   MakeOutputDirectory(aside.string());
-  for (const std::string& photo : others)
+  const block::ResultStore stage =
+      block::ExteriorStore(block::StageDirectory(block.output_directory, "exterior"));
+  for (const std::string& photo : others) {
     for (const char* file : kPhotoFiles)
       fs::rename(out / (photo + file), aside / (photo + file), ignored);
+    stage.Drop(photo);  // a photo that comes back is oriented, and drawn, again
+  }
   return Finding{.reason = Reason::kOtherPhotosSetAside,
                  .value = static_cast<double>(others.size()),
                  .where = fmt::format("{}: {}", aside.string(), fmt::join(others, ", "))};

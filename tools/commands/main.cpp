@@ -1,3 +1,4 @@
+#include <csignal>
 #include <iostream>
 
 #include "tools/commands/commands.h"
@@ -5,6 +6,7 @@
 #include "tools/console/interruption.h"
 
 int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error of writing
   orient::WatchForInterruption();
   orient::KeepReleasedMemory();
   orient::BoundBlockCache();

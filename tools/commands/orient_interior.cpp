@@ -5,11 +5,14 @@
 #include <algorithm>
 #include <ostream>
 
+#include "block/block_folder.h"
 #include "block/inputs/camera_library.h"
 #include "block/inputs/measurement_inputs.h"
 #include "block/roll/roll.h"
 #include "block/stages/interior_stage.h"
 #include "core/base/error.h"
+#include "core/base/folder_lock.h"
+#include "core/base/output_directory.h"
 #include "core/files/block_file.h"
 #include "core/files/orientation_table.h"
 #include "core/files/used_marks.h"
@@ -96,6 +99,8 @@ class InteriorCommand : public Command {
       PrintPlan("interior", options.photos, block::InteriorsThatStay(options), out);
       return ExitCode::kAllDone;
     }
+    MakeOutputDirectory(options.out);
+    const FolderLock lock(options.out, block::kBlockLock);
     ProgressLine progress("interior orientation", static_cast<int>(options.photos.size()));
     std::vector<std::string> notes;
     const auto results = block::RunInterior(

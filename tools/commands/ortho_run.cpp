@@ -8,11 +8,13 @@
 #include <ostream>
 #include <utility>
 
+#include "block/block_folder.h"
 #include "block/inputs/approximations.h"
 #include "block/plan.h"
 #include "core/base/atomic_write.h"
 #include "core/base/csv_cell.h"
 #include "core/base/error.h"
+#include "core/base/folder_lock.h"
 #include "core/base/median.h"
 #include "core/base/output_directory.h"
 #include "core/raster/band_raster.h"
@@ -48,6 +50,7 @@ class OrthoRun {
     if (options_.mosaic && !given.empty())
       seamlines_ = ortho::Seamlines::FromFile(given, found.crs);
     MakeOutputDirectory(options_.out);
+    const FolderLock lock(options_.out, block::kBlockLock);
     bool all = found.left_out.empty();
     std::vector<ortho::MosaicPart> parts;
     for (std::size_t i = 0; i < found.photos.size(); ++i) {

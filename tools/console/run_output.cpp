@@ -7,6 +7,7 @@
 #include <cmath>
 #include <ctime>
 #include <exception>
+#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <mutex>
@@ -24,6 +25,7 @@ namespace {
 constexpr std::size_t kTimeLength = 21;
 constexpr std::string_view kProgram = "orient ";
 constexpr std::string_view kJsonBegin = "{\"time\":\"";
+constexpr std::size_t kLongestBegin = 64;
 
 std::string TimeText() {
   return fmt::format("{:%Y-%m-%dT%H:%M:%SZ} ", fmt::gmtime(std::time(nullptr)));
@@ -69,11 +71,16 @@ class Log {
   const std::string& Path() const { return path_; }
 
  private:
-  // Logs are appended to; a scan or a table of the same name must not be.
+  // Logs are appended to; a scan or a table of the same name must not be. A pipe or a device has
+  // nothing to be kept, and reading one might not end.
   void RefuseOtherFiles() const {
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(path_, error)) return;
     std::ifstream there(path_);
-    std::string line;
-    if (!there || !std::getline(there, line)) return;
+    std::string line(kLongestBegin, '\0');
+    there.read(line.data(), static_cast<std::streamsize>(line.size()));
+    line.resize(static_cast<std::size_t>(there.gcount()));
+    if (line.empty()) return;
     if (json_ ? line.starts_with(kJsonBegin)
               : line.size() > kTimeLength &&
                     line.compare(kTimeLength, kProgram.size(), kProgram) == 0)

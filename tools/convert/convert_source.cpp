@@ -344,6 +344,11 @@ ConvertSource ReadForeign(ExchangeFormat format, const ConvertSourceOptions& giv
                        " does not say the images' size; give their camera with --camera" +
                        (block.cameras.size() > 1 ? ", each camera's photos by themselves" : ""));
     if (given.camera.empty()) source.cameras.push_back(CameraOf(camera));
+    if (const auto problem = PrincipalDistanceProblem(source.cameras.back()); !problem.empty())
+      throw InputError(
+          fmt::format("{}: the principal distance {}; the file is damaged, or of another "
+                      "camera than an aerial one",
+                      given.input, problem));
   }
   const std::vector<ExchangeCamera> in_file =
       BringIntoTheBlocksGround(given, record, &source.cameras, &block.cameras);

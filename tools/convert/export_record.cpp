@@ -63,6 +63,7 @@ void WriteExportRecord(const std::string& directory, const ExportRecord& record)
   for (const EarthRecord& earth : record.earth)
     json["earth"].push_back({{"in_lens", earth.in_lens}, {"taken_out", earth.taken_out}});
   if (!record.names.empty()) json["names"] = record.names;
+  json["files"] = record.files;
   WriteFileAtomically(RecordPath(directory), json.dump(2) + "\n");
 }
 
@@ -87,6 +88,7 @@ ExportRecord ReadExportRecord(const std::string& directory) {
             {earth.at("in_lens").get<double>(), earth.at("taken_out").get<double>()});
     if (json.contains("names"))
       record.names = json.at("names").get<std::map<std::string, std::string>>();
+    if (json.contains("files")) record.files = json.at("files").get<std::set<std::string>>();
   } catch (const Json::exception& error) {
     throw InputError(path + " is damaged; convert again: " + error.what());
   }

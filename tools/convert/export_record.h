@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,8 @@ struct ExportRecord {
   std::vector<EarthRecord> earth;         // of each camera, in the order of the file's
   // Photos' true names by the files', of those that differ: see program_names.h.
   std::map<std::string, std::string> names = {};
+  // What the export consists of, relative to its folder, in which other programs may work.
+  std::set<std::string> files = {};
 };
 void WriteExportRecord(const std::string& directory, const ExportRecord& record);
 ExportRecord ReadExportRecord(const std::string& directory);

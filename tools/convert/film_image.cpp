@@ -1,5 +1,7 @@
 #include "tools/convert/film_image.h"
 
+#include <fmt/format.h>
+
 #include "block/inputs/mark_shapes.h"
 #include "block/inputs/photo_interior.h"
 #include "core/base/error.h"
@@ -32,6 +34,11 @@ FilmImage::FilmImage(const CameraFile& camera, const std::string& photo,
       throw InputError(path + " has no transform in the orientation " +
                        std::string(Name(*orientation)) + " of the exterior orientation");
     result = *turned;
+  } else if (orientation && result.orientation && result.orientation != orientation) {
+    throw InputError(
+        fmt::format("{}: the scan lies {}, but its exterior orientation is of a scan "
+                    "that lies {}: they are of two runs; orient the photos again",
+                    path, Name(*result.orientation), Name(*orientation)));
   }
   interior_path_ = path;
   interior_ = result;

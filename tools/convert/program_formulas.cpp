@@ -47,7 +47,9 @@ Vector2d Counted(Vector2d pixel, double centre, const Reading& reading) {
 template <typename Photo>
 const Photo& PhotoOf(const std::map<std::string, Photo>& photos, const std::string& image) {
   auto found = photos.find(image);
-  if (found == photos.end()) found = photos.find(BareImageName(image));
+  for (const std::string& name :  // without the folder, and without the ending
+       {std::filesystem::path(image).filename().string(), BareImageName(image)})
+    if (found == photos.end()) found = photos.find(name);
   if (found == photos.end()) throw InputError("the files hold no image " + image);
   return found->second;
 }

@@ -11,6 +11,7 @@
 #include "core/base/new_file.h"
 #include "core/base/open_dataset.h"
 #include "core/base/quiet_gdal.h"
+#include "core/raster/colour_bands.h"
 #include "core/raster/image.h"
 #include "core/raster/resample.h"
 
@@ -93,7 +94,7 @@ GDALDatasetUniquePtr OpenScan(const std::string& path, const FilmImage& film,
   GDALDatasetUniquePtr scan = OpenRasterDataset(path);
   if (!scan || scan->GetRasterCount() == 0) Fail(path, "not an image that GDAL can read", quiet);
   film.RequireScan(path, scan->GetRasterXSize(), scan->GetRasterYSize());
-  if (scan->GetRasterBand(1)->GetColorTable() != nullptr)
+  if (ColourTableOf(scan.get(), scan->GetRasterBand(1)) != nullptr)
     throw InputError(path +
                      " has a palette, which cannot be interpolated; expand it first "
                      "(gdal_translate -expand rgb)");
@@ -123,12 +124,17 @@ void CopyBlock(const BlockMap& block, double factor, GDALDataset* scan, GDALData
                const std::string& path, const QuietGdal& quiet) {
   if (block.window.Empty()) return;
   const Window& w = block.window;
+  const bool white_is_zero = IsWhiteZero(scan);  // in the image 0 is black
   for (int band = 1; band <= scan->GetRasterCount(); ++band) {
     Image part(w.width, w.height);
     if (scan->GetRasterBand(band)->RasterIO(GF_Read, w.col, w.row, w.width, w.height,
                                             part.values.data(), w.width, w.height, GDT_Float32, 0,
                                             0, nullptr) != CE_None)
       Fail(path, "cannot be read", quiet);
+    if (white_is_zero) {
+      const auto white = static_cast<float>((1 << BitsPerSample(scan->GetRasterBand(band))) - 1);
+      for (float& value : part.values) value = white - value;
+    }
     std::vector<float> values = Sample(block, part, factor);
     if (made->GetRasterBand(band)->RasterIO(GF_Write, block.col, block.row, block.width,
                                             block.height, values.data(), block.width, block.height,

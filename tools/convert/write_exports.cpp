@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <set>
 
 #include "block/inputs/block_files.h"
 #include "core/base/column_names.h"
@@ -248,6 +249,22 @@ std::map<std::string, std::string> NameAsInFiles(ExchangeFormat format, Exchange
   return true_names;
 }
 
+// A record may come from elsewhere.
+bool StaysInItsFolder(const std::string& file) {
+  const fs::path path = fs::path(file).lexically_normal();
+  return path.is_relative() && !path.empty() && *path.begin() != "..";
+}
+
+std::set<std::string> FilesBelow(const std::string& directory) {
+  std::set<std::string> files;
+  std::error_code error;
+  for (fs::recursive_directory_iterator entry(directory, error), end; !error && entry != end;
+       entry.increment(error))
+    if (!entry->is_directory(error))
+      files.insert(entry->path().lexically_relative(directory).generic_string());
+  return files;
+}
+
 WrittenExport WriteExport(const ConvertSource& source, const std::vector<Verified>& verified,
                           const ExportOptions& options, ExchangeFormat format) {
   RequireOwnNames(source.block, format);
@@ -257,6 +274,7 @@ WrittenExport WriteExport(const ConvertSource& source, const std::vector<Verifie
   const std::map<std::string, std::string> names = NameAsInFiles(format, &block);
   written.renamed = names.size();
   MakeOutputDirectory(written.directory);
+  const std::set<std::string> others = FilesBelow(written.directory);
   WriteFormat(written.directory, format, block, source);
   const bool adds_origin = format == ExchangeFormat::kMetashape;
   const Eigen::Vector3d world = adds_origin ? frame.Origin() : Eigen::Vector3d::Zero();
@@ -271,6 +289,8 @@ WrittenExport WriteExport(const ConvertSource& source, const std::vector<Verifie
     record.earth.push_back(
         {c2 * cameras[i].earth_k1, c2 * CurvatureIn(frame, source, source.cameras[i])});
   }
+  for (const std::string& file : FilesBelow(written.directory))
+    if (!others.contains(file)) record.files.insert(file);
   WriteExportRecord(written.directory, record);
   written.check = CheckExport(written.directory, format, "");
   if (!written.check.ok)
@@ -323,6 +343,27 @@ std::vector<std::string> NotesOn(const WrittenExport& written, const ConvertSour
   if (lens && (format == ExchangeFormat::kOpk || format == ExchangeFormat::kOri))
     notes.emplace_back("the format holds no camera: its poses hold with camera.toml beside it");
   return notes;
+}
+
+void RemoveExportsOf(const std::string& folder) {
+  std::error_code ignored;
+  for (const auto& entry :
+       fs::directory_iterator(fs::path(folder) / block::kExportsFolder, ignored)) {
+    std::set<std::string> files;
+    try {
+      files = ReadExportRecord(entry.path().string()).files;
+    } catch (const InputError&) {  // of nobody knows what: it stays
+    }
+    if (files.empty()) continue;
+    files.insert("export.json");
+    for (const std::string& file : files) {
+      if (!StaysInItsFolder(file)) continue;
+      fs::path path = entry.path() / file;
+      // With the folders that are empty then.
+      while (fs::remove(path, ignored) && path != entry.path()) path = path.parent_path();
+    }
+  }
+  fs::remove(fs::path(folder) / block::kExportsFolder, ignored);  // if it is empty
 }
 
 ExportsOfFolder WriteExportsOf(const std::string& folder, const std::string& camera,

@@ -46,11 +46,15 @@ struct ExportsOfFolder {
   Findings findings;  // of the source, and notes
 };
 
-// The same of the folder that `orient block` or `orient exterior` wrote, into
+// WriteExports of the folder that `orient block` or `orient exterior` wrote, into
 // <folder>/exports/<format> (replaced where they are there). `camera` is the photos' camera file,
 // `formats` are names as --to takes them. Throws UsageError for a name that is none, InputError as
 // above.
 ExportsOfFolder WriteExportsOf(const std::string& folder, const std::string& camera,
                                const std::vector<std::string>& formats);
+
+// Removes what that has written below <folder>/exports, but no file that another program or a
+// person has put there.
+void RemoveExportsOf(const std::string& folder);
 
 }  // namespace orient

@@ -36,12 +36,7 @@ void ReadInto(Result (*read)(const std::string&), const std::string& path, Photo
     *target = read(path);
   } catch (const InputError& error) {
     photo->unreadable.push_back(error.what());
-    return;
   }
-  if ((*target)->photo != photo->name)
-    photo->unreadable.push_back(path + ": the result says that it belongs to photo \"" +
-                                (*target)->photo + "\"; do not rename result files");
-  (*target)->photo = photo->name;
 }
 
 void AddFile(const fs::path& path, Photos* photos) {

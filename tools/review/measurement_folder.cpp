@@ -11,6 +11,7 @@
 #include "core/base/error.h"
 #include "core/base/output_directory.h"
 #include "core/base/trimmed.h"
+#include "core/geometry/sigma.h"
 
 namespace orient {
 namespace {
@@ -46,8 +47,8 @@ void RequireNumber(const std::string& what, double number) {
 }
 
 void RequireSigma(double sigma) {
-  if (!(sigma > 0 && sigma <= 1e6))
-    throw InputError(fmt::format("sigma is {}; it must be positive", sigma));
+  if (const std::string problem = SigmaProblem(sigma); !problem.empty())
+    throw InputError(fmt::format("sigma is {}; {}", sigma, problem));
 }
 
 void RequireAttribution(const Attribution& attribution) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "core/base/error.h"
+#include "core/base/partial_files.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/shared_data.h"
 
@@ -48,7 +49,7 @@ TEST(AtomicWrite, AFailedWriteLeavesTheOldContentsAndNoRest) {
 
 TEST(AtomicWrite, LeftoversOfAKilledRunAreNotInTheWay) {
   const TemporaryFolder folder;
-  const std::string leftover = folder / ("a." + std::to_string(getpid()) + "-0.part");
+  const std::string leftover = PartialName(folder / "a", 0);
   WriteFileAtomically(leftover, "half");
   WriteFileAtomically(folder / "a", "whole");
   EXPECT_EQ(ReadFile(folder / "a"), "whole");

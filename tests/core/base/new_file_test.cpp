@@ -1,12 +1,14 @@
 #include "core/base/new_file.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <filesystem>
 
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
+#include "core/base/partial_files.h"
 #include "tests/support/expect_error.h"
 #include "tests/support/shared_data.h"
 
@@ -43,10 +45,18 @@ TEST(NewFile, ALinkOfThePartialNameIsNotFollowed) {
   const TemporaryFolder folder;
   const std::string path = folder / "a", victim = folder / "victim";
   WriteFileAtomically(victim, "precious");
-  fs::create_symlink(victim, path + "." + std::to_string(getpid()) + "-0.part");
+  fs::create_symlink(victim, PartialName(path, 0));
   WriteFileAtomically(path, "text");
   EXPECT_EQ(ReadFile(victim), "precious");
   EXPECT_EQ(ReadFile(path), "text");
+}
+
+TEST(NewFile, DevicesAndPipesAreNotReplaced) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+  for (const std::string& path : {folder / "pipe", std::string("/dev/null"),
+                                  std::string("/dev/stdout"), std::string("/dev/no_such_device")})
+    ExpectError<InputError>([&] { NewFile file(path); }, {path, "name a file"});
 }
 
 TEST(NewFile, ALinkPutInItsPlaceMeanwhileIsRefused) {

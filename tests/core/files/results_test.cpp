@@ -396,6 +396,23 @@ TEST(InteriorResult, AListNestedAMillionDeepIsNoText) {
   ExpectError<InputError>([&] { ReadInteriorResult(path); }, {path, "photo", "a list"});
 }
 
+TEST(InteriorResult, AKeyThatOccursTwiceIsRefused) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "4711.interior.json";
+  WriteFileAtomically(path, R"({"photo": "4711", "status": "ok", "photo": "4712"})");
+  ExpectError<InputError>([&] { ReadInteriorResult(path); }, {path, "\"photo\" occurs twice"});
+  WriteFileAtomically(path, R"({"photo": "4711", "scan": {"width": 1, "width": 2}})");
+  ExpectError<InputError>([&] { ReadInteriorResult(path); }, {path, "\"width\" occurs twice"});
+}
+
+TEST(InteriorResult, OfAnotherPhotoThanItsFileSaysIsRefused) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "4712.interior.json";
+  WriteFileAtomically(path, R"({"photo": "4711", "status": "ok"})");
+  ExpectError<InputError>([&] { ReadInteriorResult(path); },
+                          {path, "4711", "do not rename result files"});
+}
+
 TEST(InteriorResult, MissingFieldsAndBrokenJsonAreNamed) {
   const TemporaryFolder folder;
   const std::string path = folder / "4711.interior.json";

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "core/raster/band_raster.h"
 #include "core/raster/resample.h"
 #include "tests/core/raster/gdal_writer.h"
 #include "tests/support/shared_data.h"
@@ -259,6 +260,19 @@ TEST_F(RasterTest, BlackAndWhiteScansWithZeroForWhite) {
   EXPECT_EQ(raster.BitsPerSample(), 1);
   EXPECT_EQ(raster.ReadGrey().image.At(0, 0), 255);
   EXPECT_EQ(raster.ReadGrey().image.At(20, 0), 0);
+}
+
+TEST_F(RasterTest, SixteenBitsWithZeroForWhiteKeepThemAll) {
+  RasterRecipe recipe = RampRecipe();
+  recipe.type = GDT_UInt16;
+  recipe.options = {"PHOTOMETRIC=MINISWHITE"};
+  recipe.value = [](int, double x, double) { return 4095 - 16 * x; };
+  const std::string path = Write("white16.tif", recipe);
+  const Image grey = Raster::Open(path).ReadGrey().image;
+  EXPECT_EQ(grey.At(1, 0) - grey.At(0, 0), 16);
+  EXPECT_EQ(grey.At(0, 0), 65535 - (4095 - 8));
+  const Image band = BandRaster::Open(path).Read({0, 0, 20, 1}).front();
+  EXPECT_EQ(band.At(0, 0), grey.At(0, 0)) << "no palette, and black is 0";
 }
 
 TEST_F(RasterTest, GeoreferenceAndResolutionTag) {

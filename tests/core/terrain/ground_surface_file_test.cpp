@@ -239,6 +239,59 @@ TEST(GroundSurfaceFile, WhatIsWrongWithADemIsSaidWithItsName) {
   expect(Refusal(WriteDem(folder / "hole", dem)), "hole.vrt", "only nodata");
 }
 
+TEST(GroundSurfaceFile, OnlyMetresAreHeights) {
+  const TemporaryFolder folder;
+  DemFile dem = SmallDem();
+  for (const char* metres : {"", "m", "Metre", "metres", "METERS", " m "}) {
+    dem.unit = metres;
+    EXPECT_EQ(Refusal(WriteDem(folder / "metres", dem)), "") << metres;
+  }
+  for (const char* other : {"Feet", "ftUS", "[ft_i]", "cm", "km", "fathom", "unknown"}) {
+    dem.unit = other;
+    const std::string message = Refusal(WriteDem(folder / "other", dem));
+    EXPECT_NE(message.find("'" + std::string(other) + "', not in metres"), std::string::npos)
+        << message;
+  }
+}
+
+TEST(GroundSurfaceFile, ACrsOfFeetOrDepthsIsRefused) {
+  const TemporaryFolder folder;
+  DemFile dem = SmallDem();
+  dem.unit = "";
+  dem.srs = "EPSG:32635+6360";  // NAVD88 in US survey feet
+  EXPECT_NE(Refusal(WriteDem(folder / "feet", dem)).find("not in metres"), std::string::npos);
+  dem.srs = "EPSG:32635+5715";  // depth below mean sea level
+  EXPECT_NE(Refusal(WriteDem(folder / "depths", dem)).find("counts depths"), std::string::npos);
+}
+
+TEST(GroundSurfaceFile, AScaleThatGivesNoHeightsIsRefused) {
+  const TemporaryFolder folder;
+  const std::string text = ReadFile(WriteDem(folder / "dem", SmallDem()));
+  for (const char* wrong : {"<Scale>0</Scale>", "<Scale>nan</Scale>", "<Offset>inf</Offset>"}) {
+    std::string vrt = text;
+    vrt.replace(vrt.find("<NoDataValue>"), 0, wrong);
+    WriteFileAtomically(folder / "wrong.vrt", vrt);
+    EXPECT_NE(Refusal(folder / "wrong.vrt").find("its values give no heights"), std::string::npos)
+        << wrong;
+  }
+}
+
+TEST(GroundSurfaceFile, LongitudesMayBeCountedTo360) {
+  const TemporaryFolder folder;
+  DemFile dem = SmallDem();
+  dem.srs = "EPSG:4326";
+  dem.cell_x = dem.cell_y = 0.001;
+  dem.north = 47;
+  const Crs utm17 = Crs::Parse("EPSG:32617", "test");  // its central meridian is 81 degrees west
+  const Bounds bounds = {499000, 5203000, 500500, 5204000};
+  dem.west = -81.03;
+  const auto to_180 = GroundSurface::FromFile(WriteDem(folder / "to_180", dem), utm17, bounds);
+  dem.west = 278.97;
+  const auto to_360 = GroundSurface::FromFile(WriteDem(folder / "to_360", dem), utm17, bounds);
+  for (const double x : {499100, 500000, 500400})
+    EXPECT_NEAR(to_360.HeightAt(x, 5203500).value(), to_180.HeightAt(x, 5203500).value(), 1e-3);
+}
+
 TEST(GroundSurfaceFile, ARealDemOfTheNgiFrames) {
   ORIENT_REQUIRE_SHARED_DATA(folder, "ngi");
   const Crs crs = Crs::FromFile(folder + "/published_orientation.prj");

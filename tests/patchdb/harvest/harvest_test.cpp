@@ -1,10 +1,12 @@
 #include "patchdb/harvest/harvest.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <stdexcept>
 
+#include "core/base/atomic_write.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
 #include "core/files/camera_file.h"
@@ -15,6 +17,7 @@
 #include "patchdb/harvest/rectify.h"
 #include "patchdb/harvest/source_view.h"
 #include "tests/patchdb/harvest/synthetic_ground.h"
+#include "tests/support/expect_error.h"
 #include "tests/support/shared_data.h"
 
 namespace orient::patchdb {
@@ -309,6 +312,22 @@ TEST_F(HarvestTest, OrthophotoWithoutGeoreferenceOrCrsIsAnInputError) {
   EXPECT_THROW(HarvestOrtho(Raster::Open(folder_ / "plain.png"), Utm(), surface_), InputError);
   WriteOrtho(folder_ / "degrees.png", Image(100, 100, 50), NorthUp(), "EPSG:4326");
   EXPECT_THROW(HarvestOrtho(Raster::Open(folder_ / "degrees.png"), Utm(), surface_), InputError);
+}
+
+TEST_F(HarvestTest, GreyValuesBelowZeroAreRefused) {
+  const Affine2d map = NorthUp();
+  static_cast<void>(Ortho(map));
+  const std::string path = folder_ / "signed.vrt";
+  WriteFileAtomically(
+      path, fmt::format("<VRTDataset rasterXSize=\"500\" rasterYSize=\"500\"><SRS>EPSG:32635</SRS>"
+                        "<GeoTransform>{}, {}, 0, {}, 0, {}</GeoTransform>"
+                        "<VRTRasterBand dataType=\"Int16\" band=\"1\"><ComplexSource>"
+                        "<SourceFilename relativeToVRT=\"1\">ortho.png</SourceFilename>"
+                        "<SourceBand>1</SourceBand><ScaleOffset>-1000</ScaleOffset>"
+                        "<ScaleRatio>8</ScaleRatio></ComplexSource></VRTRasterBand></VRTDataset>",
+                        map.t.x(), map.A(0, 0), map.t.y(), map.A(1, 1)));
+  ExpectError<InputError>([&] { HarvestOrtho(Raster::Open(path), Utm(), surface_); },
+                          {path, "below 0", "gdal_translate -ot UInt16"});
 }
 
 TEST_F(HarvestTest, OptionsAreChecked) {

@@ -109,6 +109,12 @@ TEST(PatchBlobs, CovarianceRoundtripAndDamage) {
   EXPECT_EQ(DecodeCovariance(bytes), covariance);
   EXPECT_THROW(DecodeCovariance(Bytes(40)), InputError);
   EXPECT_THROW(DecodeCovariance(EncodeCovariance(covariance * std::nan(""))), InputError);
+  EXPECT_THROW(DecodeCovariance(EncodeCovariance(-covariance)), InputError);
+  covariance(0, 1) = covariance(1, 0) = 4;  // of more than the two variances allow
+  EXPECT_THROW(DecodeCovariance(EncodeCovariance(covariance)), InputError);
+  EXPECT_THROW(DecodeCovariance(EncodeCovariance(Eigen::Matrix3d::Zero())), InputError);
+  covariance = Eigen::Vector3d(1, 2, 3) * Eigen::RowVector3d(1, 2, 3);
+  EXPECT_EQ(DecodeCovariance(EncodeCovariance(covariance)), covariance) << "singular, but right";
 }
 
 }  // namespace

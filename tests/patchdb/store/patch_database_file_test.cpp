@@ -179,11 +179,27 @@ TEST_F(PatchDatabaseFileTest, TruncatedFileIsAnInputError) {
   }
 }
 
+// Six little-endian doubles, hexadecimal: a covariance of negative variances.
+std::string MinusOnes() {
+  const std::string minus_one = "000000000000f0bf", zero(16, '0');
+  return minus_one + zero + zero + minus_one + zero + minus_one;
+}
+
 TEST_F(PatchDatabaseFileTest, DamagedValuesAreAnInputErrorNamingThePatch) {
-  const std::string damages[] = {
-      "chip = x'89504e470d0a1a0a'",   "chip_mask = x'00'", "heights = x'0000'",
-      "heights_size = 2147483647",    "covariance = x''",  "gsd_m = -1",
-      "geom = x'475000010000000001'", "chip = 'text'",     "heights_step_m = 'a'"};
+  const std::string damages[] = {"chip = x'89504e470d0a1a0a'",
+                                 "chip_mask = x'00'",
+                                 "heights = x'0000'",
+                                 "heights_size = 2147483647",
+                                 "covariance = x''",
+                                 "gsd_m = -1",
+                                 "geom = x'475000010000000001'",
+                                 "chip = 'text'",
+                                 "heights_step_m = 'a'",
+                                 "heights_step_m = 1e308",
+                                 "gsd_m = 1e300",
+                                 "height_sigma_m = -5",
+                                 "height_sigma_m = 9e999",
+                                 "covariance = x'" + MinusOnes() + "'"};
   for (const std::string& damage : damages) {
     fs::remove(path_);
     Filled(2);

@@ -138,6 +138,11 @@ TEST(Command, TheLogForProgramsHasAnObjectALine) {
       << other.err;
 }
 
+TEST(Command, ALogMayBeADevice) {
+  const Outcome outcome = RunWith({"measure", "a.txt", "--log", "/dev/zero"});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+}
+
 TEST(Command, AFileThatIsNoLogIsNotAddedTo) {
   const TemporaryFolder folder;
   const std::string table = folder / "table.csv";

@@ -315,6 +315,22 @@ TEST(Convert, TiesOfTheAdjustmentAreExported) {
   EXPECT_EQ(RunOrient({"convert", folder / "out", "--check"}).exit_code, 0);
 }
 
+TEST(RemoveExportsOf, LeavesWhatOthersPutThere) {
+  const TemporaryFolder folder;
+  ExportOptions options;
+  options.formats = {ExchangeFormat::kMicmac, ExchangeFormat::kPatb};
+  options.out = folder / "exports";
+  WriteExports(TwoPhotos(), options);
+  const std::string work = folder / "exports/micmac/Malt/dsm.tif";
+  fs::create_directories(fs::path(work).parent_path());
+  WriteFileAtomically(work, "hours of work");
+  RemoveExportsOf(folder.Path());
+  EXPECT_TRUE(fs::exists(work));
+  EXPECT_FALSE(fs::exists(folder / "exports/micmac/export.json"));
+  EXPECT_FALSE(fs::exists(folder / "exports/micmac/Homol"));
+  EXPECT_FALSE(fs::exists(folder / "exports/patb"));
+}
+
 TEST_F(ConvertedBlock, OfAnotherCrsThanItsPrjSaysIsRefused) {
   ExpectRefused("orientation.csv", {"--to", "colmap", "--crs", "EPSG:32636"}, 2,
                 {"UTM zone 35N", "UTM zone 36N", "leave it out"});

@@ -157,6 +157,17 @@ INSTANTIATE_TEST_SUITE_P(Scans, Resampled,
                                          Case{ScanOrientation::kM270, 0.02, false},
                                          Case{ScanOrientation::kM180, 0.06, true}));
 
+TEST(FilmImage, OfAnotherRunThanTheExteriorOrientationIsRefused) {
+  const TemporaryFolder folder;
+  const CameraFile camera = FilmCamera();
+  WriteInteriorResult(folder.Path(), Interior(ScanOrientation::kR90));
+  const Camera image = ImageCamera(camera.camera, 0.025, false);
+  EXPECT_NO_THROW(FilmImage(camera, "p", folder.Path(), ScanOrientation::kR90, image, false));
+  ExpectError<InputError>(
+      [&] { FilmImage(camera, "p", folder.Path(), ScanOrientation::kR0, image, false); },
+      {"p.interior.json", "r90", "r0", "two runs"});
+}
+
 TEST(ResamplePhoto, RefusesAnotherScan) {
   const TemporaryFolder folder;
   InteriorResult interior = Interior(ScanOrientation::kR0);

@@ -243,6 +243,8 @@ TEST_F(MeasurementFolderTest, WhatTheFilesCannotHoldIsRefusedAndNotWritten) {
   Entry no_sigma = MarkEntry("1", 5);
   no_sigma.marks[0].sigma_px = 0;
   refused(no_sigma, {"sigma is 0"});
+  no_sigma.marks[0].sigma_px = 1e-10;  // the files' readers would refuse it
+  refused(no_sigma, {"sigma is 1e-10"});
   EXPECT_TRUE(fs::is_empty(Path()) || !fs::exists(Path() + "/marks.csv"));
   EXPECT_FALSE(fs::exists(Path() + "/decisions.csv"));
 }

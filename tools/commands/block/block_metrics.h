@@ -12,4 +12,8 @@ namespace orient {
 // orient_photos_per_hour{stage} where it is known, orient_block_finished.
 std::string MetricsText(const std::vector<block::StageStatus>& stages, bool finished);
 
+// Writes it to a file, replacing an earlier such text. Throws UsageError where the file is another.
+void WriteMetrics(const std::string& path, const std::vector<block::StageStatus>& stages,
+                  bool finished);
+
 }  // namespace orient

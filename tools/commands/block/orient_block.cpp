@@ -209,7 +209,7 @@ class BlockCommand : public Command {
     table.Print(out);
     const bool finished = fs::exists(block::PoseTablePath(block.output_directory)) &&
                           !block::IsUnfinished(block.output_directory);
-    if (!metrics_.empty()) WriteFileAtomically(metrics_, MetricsText(stages, finished));
+    if (!metrics_.empty()) WriteMetrics(metrics_, stages, finished);
     out << (finished ? "finished\n"
                      : "not finished: orient block without --stage adjusts and writes the rest\n");
     return ExitCode::kAllDone;

@@ -9,6 +9,7 @@
 #include "tools/commands/patchdb/filter_options.h"
 #include "tools/commands/patchdb/spare_databases.h"
 #include "tools/commands/patchdb/verb.h"
+#include "tools/commands/shared_options.h"
 
 namespace orient {
 namespace {
@@ -71,6 +72,7 @@ class ShowVerb : public PatchdbVerb {
     CLI::App* verb = app.add_subcommand("show", "Draw chips with their numbers in one image");
     verb->add_option("DB", path_, "Patch database")->required();
     verb->add_option("--out", picture_, "PNG to write")->required();
+    verb->add_flag("--overwrite", overwrite_, "Replace the picture if it exists");
     verb->add_option("--max", max_, "At most this many chips, evenly from all that are chosen")
         ->check(CLI::Range(1, 10000));
     choice_.DeclarePlace(*verb);
@@ -80,6 +82,7 @@ class ShowVerb : public PatchdbVerb {
   }
   void Run(std::ostream& out) override {
     RefuseToReplaceDatabase({picture_});
+    RefuseToOverwrite({picture_}, overwrite_);
     const patchdb::PatchDatabase database =
         patchdb::PatchDatabase::Open(path_, patchdb::PatchDatabase::Mode::kRead);
     const auto ids = patchdb::ChooseIds(database, choice_.Filter(database));
@@ -94,6 +97,7 @@ class ShowVerb : public PatchdbVerb {
 
  private:
   std::string path_, picture_;
+  bool overwrite_ = false;
   int max_ = 200;
   FilterOptions choice_{"all"};
 };

@@ -9,6 +9,7 @@
 #include "tools/commands/patchdb/geotiff.h"
 #include "tools/commands/patchdb/spare_databases.h"
 #include "tools/commands/patchdb/verb.h"
+#include "tools/commands/shared_options.h"
 #include "tools/commands/summary_table.h"
 
 namespace orient {
@@ -36,12 +37,14 @@ class StatsVerb : public PatchdbVerb {
     CLI::App* verb = app.add_subcommand("stats", "Count sources, successes and density");
     verb->add_option("DB", path_, "Patch database")->required();
     verb->add_option("--density", density_, "GeoTIFF to write: active patches per cell");
+    verb->add_flag("--overwrite", overwrite_, "Replace the GeoTIFF if it exists");
     verb->add_option("--cell-m", cell_m_, "Side of its cells in metres")
         ->check(CLI::Range(0.01, 1e7));
     return verb;
   }
   void Run(std::ostream& out) override {
     RefuseToReplaceDatabase({density_});
+    if (!density_.empty()) RefuseToOverwrite({density_}, overwrite_);
     const patchdb::PatchDatabase database =
         patchdb::PatchDatabase::Open(path_, patchdb::PatchDatabase::Mode::kRead);
     const patchdb::PatchStatistics statistics = patchdb::CountEverything(database);
@@ -90,6 +93,7 @@ class StatsVerb : public PatchdbVerb {
   }
 
   std::string path_, density_;
+  bool overwrite_ = false;
   double cell_m_ = 1000;
 };
 

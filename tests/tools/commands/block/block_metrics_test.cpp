@@ -2,8 +2,24 @@
 
 #include <gtest/gtest.h>
 
+#include "core/base/atomic_write.h"
+#include "core/base/error.h"
+#include "tests/support/expect_error.h"
+#include "tests/support/shared_data.h"
+
 namespace orient {
 namespace {
+
+TEST(BlockMetrics, ReplaceMetricsAndNothingElse) {
+  const TemporaryFolder folder;
+  const std::string path = folder / "orient.prom", other = folder / "block.toml";
+  WriteMetrics(path, {}, false);
+  WriteMetrics(path, {}, true);
+  EXPECT_EQ(ReadFile(path), MetricsText({}, true));
+  WriteFileAtomically(other, "crs = \"EPSG:32635\"\n");
+  ExpectError<UsageError>([&] { WriteMetrics(other, {}, true); }, {other, "no metrics of orient"});
+  EXPECT_EQ(ReadFile(other), "crs = \"EPSG:32635\"\n");
+}
 
 TEST(BlockMetrics, SayWhatTheStatusSays) {
   block::StageStatus interior, exterior;
