@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "block/inputs/block_files.h"
 #include "core/base/atomic_write.h"
 #include "core/base/output_directory.h"
 #include "core/base/partial_files.h"

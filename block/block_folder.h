@@ -7,9 +7,6 @@
 
 namespace orient::block {
 
-// The name of the lock (core/base/folder_lock.h) that a run holds in it.
-inline constexpr const char* kBlockLock = ".orient-block.lock";
-
 class BlockFolder {
  public:
   // Makes the folder, locks it, clears away what killed runs left half-written, and marks it as

@@ -153,8 +153,9 @@ OrthoShares MakeOrthophoto(const OrientedPhoto& photo, const OrthoOptions& optio
   const BandRaster scan = BandRaster::Open(photo.scan);
   if (photo.negative && !scan.Format().IsUnsigned())
     throw InputError(photo.scan +
-                     ": is a negative whose values have a sign, so that their range is "
-                     "not known; convert it with gdal_translate -ot UInt16 -scale");
+                     ": is a negative whose values are not unsigned ones of 8 or 16 "
+                     "bits, so that their range is not known; convert it with gdal_translate "
+                     "-ot UInt16 -scale MIN MAX 0 65535");
   const GroundSurface surface = SurfaceUnderPhoto(photo.view, options.dem, options.crs);
   const Rectifier rectifier(photo.view, surface, scan,
                             {options.border_mm, photo.marks, photo.negative});

@@ -55,7 +55,7 @@ BlockPhotoFile ReadBlockPhoto(const std::string& path, const std::string& result
 
 std::string DigestOfPhoto(const BlockPhotoFile& photo) {
   return DigestOf({{"name", photo.name},
-                   {"scan", DigestOfScan(photo.path)},
+                   {"scan", DigestOfFile(photo.path)},
                    {"exterior", Digest(ReadFile(photo.result_path))},
                    {"has a pose", photo.HasPose() ? "yes" : "no"}});
 }

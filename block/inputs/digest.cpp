@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 #include <gdal_priv.h>
 
-#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <set>
@@ -61,7 +60,7 @@ std::string DigestOf(const Inputs& inputs) {
 }
 
 std::string DigestOfFile(const std::string& path) {
-  RequireNoPipe(path);
+  if (IsPipe(path)) return "";
   RegisterGdalDrivers();
   const QuietGdal quiet;
   const std::unique_ptr<VSILFILE, CloseFile> file(VSIFOpenL(path.c_str(), "rb"));
@@ -78,17 +77,6 @@ std::string DigestOfFile(const std::string& path) {
   }
   quiet.ThrowFaults();
   return Digest(seen);
-}
-
-std::string DigestOfScan(const std::string& path) {
-  const std::string contents = DigestOfFile(path);
-  VSIStatBufL status{};
-  if (contents.empty() || VSIStatL(path.c_str(), &status) != 0) return contents;
-  return fmt::format("{}@{}", contents, static_cast<std::int64_t>(status.st_mtime));
-}
-
-std::string ContentsOf(const std::string& digest_of_scan) {
-  return digest_of_scan.substr(0, digest_of_scan.find('@'));
 }
 
 std::string DigestOfContents(const std::string& path) {

@@ -34,13 +34,6 @@ std::string DigestOf(const Inputs& inputs);
 // it cannot be read. Whatever GDAL reads, /vsi paths too.
 std::string DigestOfFile(const std::string& path);
 
-// Of a scan: that, and after an '@' its time of change, for a few pixels may be retouched in place;
-// empty where it cannot be read.
-std::string DigestOfScan(const std::string& path);
-
-// What such a digest says of the contents, which a copy with another time has, too.
-std::string ContentsOf(const std::string& digest_of_scan);
-
 // Of all of a file that is read as a whole, a table or a result; empty where there is none.
 std::string DigestOfContents(const std::string& path);
 

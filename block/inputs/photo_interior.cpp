@@ -94,7 +94,7 @@ std::string WhyOfAnotherScan(const InteriorResult& interior, const std::string& 
   const auto then = interior.made_from.find("scan");
   if (then == interior.made_from.end() || then->second.empty()) return "";
   const std::string now = DigestOfFile(scan);
-  if (now.empty() || now == ContentsOf(then->second)) return "";
+  if (now.empty() || now == then->second) return "";
   return path + " is of another scan than " + scan +
          " (the same size, other content); run 'orient interior' again";
 }

@@ -5,8 +5,6 @@
 
 #include <map>
 
-#include "block/inputs/digest.h"
-
 namespace orient::block {
 
 Findings SameImages(const std::vector<BlockPhotoFile>& photos) {
@@ -14,7 +12,7 @@ Findings SameImages(const std::vector<BlockPhotoFile>& photos) {
   for (const BlockPhotoFile& photo : photos)
     if (const auto scan = photo.exterior.made_from.find("scan");
         scan != photo.exterior.made_from.end() && !scan->second.empty())
-      names_of[ContentsOf(scan->second)].push_back(photo.name);
+      names_of[scan->second].push_back(photo.name);
   Findings findings;
   for (const auto& [digest, names] : names_of)
     if (names.size() > 1)

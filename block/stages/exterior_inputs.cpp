@@ -83,7 +83,7 @@ Inputs InputsOfPhoto(const ExteriorRunOptions& options, const OrientationTable& 
                      const std::string& path) {
   const std::string name = PhotoName(path);
   Inputs inputs = options.inputs;
-  inputs["scan"] = DigestOfScan(path);
+  inputs["scan"] = DigestOfFile(path);
   inputs["approximation"] = Digest(TextOf(approximations.Find(name)));
   inputs["accuracy"] = AccuracyText(options);
   AddMeasurements(TextOfPoints(options.measurements, name), &inputs);

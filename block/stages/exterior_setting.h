@@ -31,6 +31,7 @@ struct ExteriorRunOptions {
   std::string dem;
   std::string patchdb;  // or a folder of them (patchdb/regions/region_index.h)
   std::string out;
+  bool alone = false;  // refused where another program writes into `out`; a block sees to that
   std::optional<std::string> pictures;  // folder of <photo>.patches.png; otherwise `out`
   std::optional<std::string> interior;  // folder of <photo>.interior.json; film cameras need it
   std::optional<Crs> crs;               // of the block; otherwise the patch database's

@@ -13,6 +13,7 @@
 #include "block/stages/exterior_learning.h"
 #include "block/stages/jobs.h"
 #include "core/base/error.h"
+#include "core/base/folder_lock.h"
 #include "core/base/output_directory.h"
 #include "core/files/adjustment_result.h"
 #include "core/files/camera_file.h"
@@ -168,6 +169,8 @@ std::vector<ExteriorResult> RunExterior(const ExteriorRunOptions& given,
   NoteWhatIsAsked(&options, &asked);
   ExteriorSetting setting = PrepareExterior(options);
   MakeOutputDirectory(options.out);
+  std::optional<FolderLock> lock;
+  if (options.alone) lock.emplace(options.out, kBlockLock);
   RemoveStale(options);
   std::optional<Learning> learning;
   if (options.learn) learning.emplace(options.patchdb, options.out, options.resume);

@@ -18,6 +18,7 @@
 #include "block/stages/jobs.h"
 #include "core/base/environment_error.h"
 #include "core/base/error.h"
+#include "core/base/folder_lock.h"
 #include "core/base/output_directory.h"
 #include "core/files/orientation_table.h"
 #include "interior/camera_choice.h"
@@ -121,7 +122,7 @@ std::vector<Inputs> InputsOf(const InteriorRunOptions& options, const RunCameras
       options.photos.size(),
       {{"camera", DigestOf(all)}, {"options", DigestOfOptions(options.scan)}, {"scan", ""}});
   for (size_t i = 0; i < inputs.size(); ++i) {
-    inputs[i]["scan"] = DigestOfScan(options.photos[i]);
+    inputs[i]["scan"] = DigestOfFile(options.photos[i]);
     AddMeasurements(TextOfMarks(options.measurements, PhotoName(options.photos[i])), &inputs[i]);
     if (!options.resume || !inputs[i]["scan"].empty()) continue;
     const auto then = StoreOf(options).MadeFrom(PhotoName(options.photos[i]));
@@ -350,6 +351,8 @@ std::vector<InteriorResult> RunInterior(const InteriorRunOptions& options,
   const RunCameras& cameras = prepared.cameras;
   const std::vector<Inputs>& inputs = prepared.inputs;
   MakeOutputDirectory(options.out);
+  std::optional<FolderLock> lock;
+  if (options.alone) lock.emplace(options.out, kBlockLock);
   const ResultStore store = StoreOf(options);
   std::vector<InteriorResult> results(options.photos.size());
   std::vector<Job> jobs;

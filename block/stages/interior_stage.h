@@ -26,6 +26,7 @@ struct InteriorRunOptions {
   bool resume = false;        // keep results that are there
   // Results made from something else are done again, tables of other results replaced: no error.
   bool redo_changed = false;
+  bool alone = false;   // refused where another program writes into `out`; a block sees to that
   int jobs = 0;         // photos at a time; 0: one per core
   bool micmac = false;  // also write MicMac's Ori-InterneScan
   // A part of a run: each photo's own result, and nothing of the photos together.

@@ -210,7 +210,7 @@ Inputs KeypointStage::InputsOf(std::size_t photo, const std::vector<BlockPhotoFi
   for (const std::size_t i : lenders) lent[photos[i].name] = DigestOfPhoto(photos[i]);
   Inputs inputs = setting_.inputs;
   inputs["method"] = kMethod;
-  inputs["scan"] = DigestOfScan(photos[photo].path);
+  inputs["scan"] = DigestOfFile(photos[photo].path);
   if (setting_.camera.camera.kind == CameraKind::kFilm)
     inputs["interior"] =
         DigestOfContents(InteriorResultPath(setting_.interior_directory, photos[photo].name));

@@ -75,12 +75,15 @@ GDALDatasetUniquePtr Open(const std::string& name, unsigned kind,
 
 }  // namespace
 
-void RequireNoPipe(const std::string& path) {
+bool IsPipe(const std::string& path) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
-  if (std::filesystem::is_fifo(status) || std::filesystem::is_socket(status) ||
-      std::filesystem::is_character_file(status))
-    throw InputError(path + ": is a pipe, a socket or a device; give a file");
+  return std::filesystem::is_fifo(status) || std::filesystem::is_socket(status) ||
+         std::filesystem::is_character_file(status);
+}
+
+void RequireNoPipe(const std::string& path) {
+  if (IsPipe(path)) throw InputError(path + ": is a pipe, a socket or a device; give a file");
 }
 
 GDALDatasetUniquePtr OpenRasterDataset(const std::string& path) {

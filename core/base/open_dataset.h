@@ -16,7 +16,9 @@ namespace orient {
 GDALDatasetUniquePtr OpenRasterDataset(const std::string& path);
 GDALDatasetUniquePtr OpenVectorDataset(const std::string& path);
 
-// Throws InputError for pipes and the like: reading one that nobody writes to would never end.
+// A pipe, a socket or a device: reading one that nobody writes to would never end.
+bool IsPipe(const std::string& path);
+// Throws InputError where it is.
 void RequireNoPipe(const std::string& path);
 
 // GDAL reads whole tiles and strips, and whole images of some formats. Throws InputError with the

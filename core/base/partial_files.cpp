@@ -36,7 +36,12 @@ pid_t ProcessOf(std::string_view digits) {
   return error == std::errc() && end == digits.data() + digits.size() && process > 0 ? process : 0;
 }
 
-// Eight digits for what gives processes their numbers: a machine, or a container on it.
+bool IsCount(std::string_view digits) {
+  return digits == "0" || (ProcessOf(digits) > 0 && digits[0] != '0');
+}
+
+// Eight digits for what gives processes their numbers: a machine, or a container on it. Copies of a
+// machine that share its name and id are told apart by their containers only.
 const std::string& ThisMachine() {
   static const std::string machine = [] {
     std::array<char, 256> host{};
@@ -65,14 +70,18 @@ std::optional<Writer> WriterOf(std::string_view name) {
   if (dot == std::string_view::npos) return std::nullopt;
   const std::string_view writer = name.substr(dot + 1);
   const std::size_t first = writer.find('-'), second = writer.rfind('-');
-  if (first == std::string_view::npos || first == second) return std::nullopt;
+  if (first == std::string_view::npos) return std::nullopt;
+  if (first == second) {  // an earlier version named no machine
+    const pid_t earlier = ProcessOf(writer.substr(0, first));
+    if (earlier == 0 || !IsCount(writer.substr(first + 1))) return std::nullopt;
+    return Writer{earlier, ""};
+  }
   const std::string_view count = writer.substr(first + 1, second - first - 1);
   const std::string_view machine = writer.substr(second + 1);
   const pid_t process = ProcessOf(writer.substr(0, first));
-  const bool counts = count == "0" || (ProcessOf(count) > 0 && count[0] != '0');
   const bool named = machine.size() == ThisMachine().size() &&
                      machine.find_first_not_of("0123456789abcdef") == std::string_view::npos;
-  if (process == 0 || !counts || !named) return std::nullopt;
+  if (process == 0 || !IsCount(count) || !named) return std::nullopt;
   return Writer{process, machine};
 }
 

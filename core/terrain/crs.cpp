@@ -147,14 +147,14 @@ void RequireHeightsInMetres(const std::string& definition, const std::string& or
   if (std::abs(metres - 1) > 1e-12)
     throw InputError(
         fmt::format("{}: the heights of the CRS {} are in '{}', not in metres; convert "
-                    "them, and give a CRS without them",
+                    "them, and write the CRS without them (gdal_edit.py -a_srs)",
                     origin, Quoted(crs->GetName()), unit == nullptr ? "" : unit));
   OGRAxisOrientation orientation = OAO_Up;
   crs->GetAxis("VERT_CS", 0, &orientation);
   if (orientation == OAO_Down)
     throw InputError(
         fmt::format("{}: the CRS {} counts depths, downwards; convert them to heights, "
-                    "and give a CRS without them",
+                    "and write the CRS without them (gdal_edit.py -a_srs)",
                     origin, Quoted(crs->GetName())));
 }
 

@@ -168,9 +168,11 @@ GroundSurface GroundSurface::FromFile(const std::string& path, const Crs& block_
   auto raster = std::make_shared<const DemRaster>(path);
   const DemRaster& dem = *raster;
   DemFrame frame(path, dem, block_crs);
-  if (bounds)
-    frame.CountAsAt(
-        0.5 * Eigen::Vector2d(bounds->min_x + bounds->max_x, bounds->min_y + bounds->max_y), dem);
+  const auto middle = bounds
+                          ? std::optional<Eigen::Vector2d>({0.5 * (bounds->min_x + bounds->max_x),
+                                                            0.5 * (bounds->min_y + bounds->max_y)})
+                          : frame.BlockFromNode(0.5 * Eigen::Vector2d(dem.Columns(), dem.Rows()));
+  if (middle) frame.CountAsAt(*middle, dem);
   const auto node_from_block = [&](const Eigen::Vector2d& xy) { return frame.NodeFromBlock(xy); };
   const auto block_from_node = [&](const Eigen::Vector2d& uv) { return frame.BlockFromNode(uv); };
 

@@ -56,9 +56,10 @@ bool AddChip(const Judged& judged, const GroundSurface& surface, int chip_px, Pa
   const auto rise = static_cast<float>(patch->ground_m.z() - patch->heights.At(0, 0));
   for (float& height : patch->heights.heights_m) height += rise;
   *why = ControlRefusal::kNoImage;
-  auto chip = RectifyChip(*source.raster, CorrectedView(*source.view, judged.residual_px),
-                          patch->heights, patch->ground_m, chip_px, *gsd);
+  const CorrectedView view(*source.view, judged.residual_px);
+  auto chip = RectifyChip(*source.raster, view, patch->heights, patch->ground_m, chip_px, *gsd);
   if (!chip || !IsWhole(*chip)) return false;
+  RequireNoSign(*chip, *source.raster, view, patch->heights, patch->ground_m, *gsd);
   patch->chip = std::move(*chip);
   patch->bits = source.raster->BitsPerSample() > 8 ? 16 : 8;
   return true;

@@ -86,6 +86,7 @@ Outcome AddChip(const PatchMaker& maker, const InterestCandidate& candidate, Pat
       VoidShare(maker.raster, *view, patch.heights, patch.ground_m, maker.options.chip_px,
                 patch.gsd_m) > kMaxVoid)
     return Refusal::kNoImage;
+  RequireNoSign(*chip, maker.raster, *view, patch.heights, patch.ground_m, patch.gsd_m);
   patch.chip = std::move(*chip);
   return std::nullopt;
 }

@@ -99,17 +99,6 @@ std::optional<ChipArea> AreaOf(const Raster& raster, const SourceView& source,
   return ChipArea{std::move(*lattice), *window};
 }
 
-// Chips are stored without a sign.
-void RequireNoNegative(const Image& image, const Raster& raster) {
-  const auto negative =
-      std::find_if(image.values.begin(), image.values.end(), [](float value) { return value < 0; });
-  if (negative != image.values.end())
-    throw InputError(fmt::format(
-        "{}: has grey values below 0 ({}); declare them with gdal_edit.py -a_nodata if they mark "
-        "missing data, otherwise convert it with gdal_translate -ot UInt16 -scale",
-        raster.Path(), *negative));
-}
-
 Image Resample(const ImageWindow& part, const ChipLattice& lattice, int chip_px) {
   Image chip(chip_px, chip_px);
   for (int row = 0; row < chip_px; ++row)
@@ -170,9 +159,23 @@ std::optional<Image> RectifyChip(const Raster& raster, const SourceView& source,
                                  int chip_px, double gsd_m) {
   const auto area = AreaOf(raster, source, heights, ground_m, chip_px, gsd_m);
   if (!area) return std::nullopt;
-  const ImageWindow part = raster.ReadGrey(area->window);
-  RequireNoNegative(part.image, raster);
-  return Resample(part, area->lattice, chip_px);
+  return Resample(raster.ReadGrey(area->window), area->lattice, chip_px);
+}
+
+void RequireNoSign(const Image& chip, const Raster& raster, const SourceView& source,
+                   const HeightGrid& heights, const Eigen::Vector3d& ground_m, double gsd_m) {
+  const auto negative = [](float value) { return value < 0; };
+  if (std::none_of(chip.values.begin(), chip.values.end(), negative)) return;
+  // Interpolation overshoots; the source's own values tell.
+  const auto area = AreaOf(raster, source, heights, ground_m, chip.width, gsd_m);
+  if (!area) return;
+  const Image grey = raster.ReadGrey(area->window).image;
+  const auto first = std::find_if(grey.values.begin(), grey.values.end(), negative);
+  if (first != grey.values.end())
+    throw InputError(fmt::format(
+        "{}: has grey values below 0 ({}); declare them with gdal_edit.py -a_nodata if they mark "
+        "missing data, otherwise convert it with gdal_translate -ot UInt16 -scale MIN MAX 0 65535",
+        raster.Path(), *first));
 }
 
 double VoidShare(const Raster& raster, const SourceView& source, const HeightGrid& heights,

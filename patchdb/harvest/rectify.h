@@ -28,6 +28,11 @@ std::optional<Image> RectifyChip(const Raster& raster, const SourceView& source,
                                  const HeightGrid& heights, const Eigen::Vector3d& ground_m,
                                  int chip_px, double gsd_m);
 
+// Chips are stored without a sign. Throws InputError where the source has values below 0 under this
+// one.
+void RequireNoSign(const Image& chip, const Raster& raster, const SourceView& source,
+                   const HeightGrid& heights, const Eigen::Vector3d& ground_m, double gsd_m);
+
 // Share of the same chip's pixels that lie in voids which the source does not declare
 // (undeclared_void.h).
 double VoidShare(const Raster& raster, const SourceView& source, const HeightGrid& heights,

@@ -136,12 +136,11 @@ Eigen::Matrix3d DecodeCovariance(const Bytes& bytes) {
   Eigen::Matrix3d c;
   c << v[0], v[1], v[2], v[1], v[3], v[4], v[2], v[4], v[5];
   if (!c.allFinite()) throw InputError("the covariance holds values that are not numbers");
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
-  solver.computeDirect(c, Eigen::EigenvaluesOnly);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(c, Eigen::EigenvaluesOnly);
   constexpr double kRounding = 1e-9;                        // of the largest
   const Eigen::Vector3d& variances = solver.eigenvalues();  // in increasing order
   if (!(variances[2] > 0 && variances[0] >= -kRounding * variances[2]))
-    throw InputError("the covariance is not positive definite");
+    throw InputError("the covariance is not positive semidefinite");
   return c;
 }
 

@@ -207,6 +207,8 @@ def main(words):
     if words[0] == "--part":
         part, parts = (int(number) for number in words[1].split("/"))
         place, words = ROOT / f"build/mutation_{part}", words[2:]
+        if not words or not 1 <= part <= parts:
+            sys.exit(__doc__)
     chosen = [mutant for mutant in mutants()
               if words == ["--all"] or any(word == mutant["room"] or word in mutant["name"]
                                            for word in words)]

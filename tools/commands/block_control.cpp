@@ -32,7 +32,7 @@ void AddPhotos(const ControlChoice& control, const std::string& camera_library, 
       block::DigestOfCamera(ReadCameraFile(block::FindCameraFile(control.camera, camera_library)));
   for (std::size_t i = 0; i < control.photos.size(); ++i) {
     const std::string name = PhotoName(control.photos[i]);
-    (*inputs)[fmt::format("photo {}", i)] = name + block::DigestOfScan(control.photos[i]);
+    (*inputs)[fmt::format("photo {}", i)] = name + block::DigestOfFile(control.photos[i]);
     (*inputs)[fmt::format("interior {}", i)] =
         block::DigestOfContents(InteriorResultPath(control.interior, name));
     (*inputs)[fmt::format("exterior {}", i)] =

@@ -268,9 +268,7 @@ std::unique_ptr<CLI::App> MakeParser(const CommandList& commands) {
   parser->require_subcommand(1);
   parser->footer(
       "Exit codes: 0 all done, 1 bad usage, 2 bad input, 3 done but some photos not\n"
-      "oriented, 4 disk or memory full: when there is room, the same command (with --resume, where "
-      "it\n"
-      "has that) continues.\n"
+      "oriented, 4 disk or memory full: run it again when there is room.\n"
       "'orient help COMMAND' explains a command.");
   for (const auto& command : commands) {
     CLI::App* app = parser->add_subcommand(command->Name(), command->Summary());

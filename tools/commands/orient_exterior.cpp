@@ -4,15 +4,12 @@
 #include <filesystem>
 #include <ostream>
 
-#include "block/block_folder.h"
 #include "block/inputs/approximations.h"
 #include "block/inputs/block_files.h"
 #include "block/inputs/camera_library.h"
 #include "block/inputs/measurement_inputs.h"
 #include "block/stages/exterior_stage.h"
 #include "core/base/error.h"
-#include "core/base/folder_lock.h"
-#include "core/base/output_directory.h"
 #include "core/files/adjustment_result.h"
 #include "core/files/block_file.h"
 #include "core/files/orientation_table.h"
@@ -87,6 +84,7 @@ class ExteriorCommand : public Command {
     options.out = output_.directory;
     if (attitude_sigma_deg_) options.attitude_sigma_rad = RadFromDeg(*attitude_sigma_deg_);
     if (kappa_sigma_deg_) options.kappa_sigma_rad = RadFromDeg(*kappa_sigma_deg_);
+    options.alone = true;
     return options;
   }
 
@@ -105,8 +103,6 @@ class ExteriorCommand : public Command {
       PrintPlan("exterior", options.photos, block::ExteriorsThatStay(options), out);
       return ExitCode::kAllDone;
     }
-    MakeOutputDirectory(options.out);
-    const FolderLock lock(options.out, block::kBlockLock);
     if (options.learn) BringUpToDateToLearn(options.patchdb, out);
     ProgressLine progress("exterior orientation", static_cast<int>(options.photos.size()));
     const auto done = block::RunExterior(options, [&] { progress.Advance(); });

@@ -5,14 +5,11 @@
 #include <algorithm>
 #include <ostream>
 
-#include "block/block_folder.h"
 #include "block/inputs/camera_library.h"
 #include "block/inputs/measurement_inputs.h"
 #include "block/roll/roll.h"
 #include "block/stages/interior_stage.h"
 #include "core/base/error.h"
-#include "core/base/folder_lock.h"
-#include "core/base/output_directory.h"
 #include "core/files/block_file.h"
 #include "core/files/orientation_table.h"
 #include "core/files/used_marks.h"
@@ -85,6 +82,7 @@ class InteriorCommand : public Command {
     options.jobs = jobs_;
     options.micmac = micmac_;
     options.roll_lies_alike = roll_ == "alike";
+    options.alone = true;
     return options;
   }
 
@@ -99,8 +97,6 @@ class InteriorCommand : public Command {
       PrintPlan("interior", options.photos, block::InteriorsThatStay(options), out);
       return ExitCode::kAllDone;
     }
-    MakeOutputDirectory(options.out);
-    const FolderLock lock(options.out, block::kBlockLock);
     ProgressLine progress("interior orientation", static_cast<int>(options.photos.size()));
     std::vector<std::string> notes;
     const auto results = block::RunInterior(

@@ -6,6 +6,7 @@
 #include <ostream>
 
 #include "block/block_folder.h"
+#include "block/inputs/block_files.h"
 #include "core/base/error.h"
 #include "core/base/folder_lock.h"
 #include "core/base/remote_files.h"

@@ -125,7 +125,7 @@ ortho::OrientedPhoto Read(const Shared& shared, const std::string& scan) {
 std::string DigestOf(const Shared& shared, const ortho::OrientedPhoto& photo) {
   const OrientationRow* row = shared.table.Find(photo.name);
   return block::DigestOf(
-      {{"scan", block::DigestOfScan(photo.scan)},
+      {{"scan", block::DigestOfFile(photo.scan)},
        {"camera", block::DigestOfCamera(shared.camera)},
        {"dem", shared.dem},
        {"pose", block::TextOf(row)},

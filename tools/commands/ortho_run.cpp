@@ -8,8 +8,8 @@
 #include <ostream>
 #include <utility>
 
-#include "block/block_folder.h"
 #include "block/inputs/approximations.h"
+#include "block/inputs/block_files.h"
 #include "block/plan.h"
 #include "core/base/atomic_write.h"
 #include "core/base/csv_cell.h"

@@ -131,7 +131,7 @@ void CopyBlock(const BlockMap& block, double factor, GDALDataset* scan, GDALData
                                             part.values.data(), w.width, w.height, GDT_Float32, 0,
                                             0, nullptr) != CE_None)
       Fail(path, "cannot be read", quiet);
-    if (white_is_zero) {
+    if (white_is_zero && scan->GetRasterBand(band)->GetColorInterpretation() != GCI_AlphaBand) {
       const auto white = static_cast<float>((1 << BitsPerSample(scan->GetRasterBand(band))) - 1);
       for (float& value : part.values) value = white - value;
     }

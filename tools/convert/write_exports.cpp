@@ -255,13 +255,15 @@ bool StaysInItsFolder(const std::string& file) {
   return path.is_relative() && !path.empty() && *path.begin() != "..";
 }
 
-std::set<std::string> FilesBelow(const std::string& directory) {
-  std::set<std::string> files;
-  std::error_code error;
+// With their times: a file that is replaced has another one.
+std::map<std::string, fs::file_time_type> FilesBelow(const std::string& directory) {
+  std::map<std::string, fs::file_time_type> files;
+  std::error_code error, ignored;
   for (fs::recursive_directory_iterator entry(directory, error), end; !error && entry != end;
        entry.increment(error))
-    if (!entry->is_directory(error))
-      files.insert(entry->path().lexically_relative(directory).generic_string());
+    if (!entry->is_directory(ignored))
+      files[entry->path().lexically_relative(directory).generic_string()] =
+          entry->last_write_time(ignored);
   return files;
 }
 
@@ -274,7 +276,7 @@ WrittenExport WriteExport(const ConvertSource& source, const std::vector<Verifie
   const std::map<std::string, std::string> names = NameAsInFiles(format, &block);
   written.renamed = names.size();
   MakeOutputDirectory(written.directory);
-  const std::set<std::string> others = FilesBelow(written.directory);
+  const auto before = FilesBelow(written.directory);
   WriteFormat(written.directory, format, block, source);
   const bool adds_origin = format == ExchangeFormat::kMetashape;
   const Eigen::Vector3d world = adds_origin ? frame.Origin() : Eigen::Vector3d::Zero();
@@ -289,8 +291,10 @@ WrittenExport WriteExport(const ConvertSource& source, const std::vector<Verifie
     record.earth.push_back(
         {c2 * cameras[i].earth_k1, c2 * CurvatureIn(frame, source, source.cameras[i])});
   }
-  for (const std::string& file : FilesBelow(written.directory))
-    if (!others.contains(file)) record.files.insert(file);
+  for (const auto& [file, time] : FilesBelow(written.directory))
+    if (const auto then = before.find(file); then == before.end() || then->second != time)
+      record.files.insert(file);
+  record.files.insert("export.json");
   WriteExportRecord(written.directory, record);
   written.check = CheckExport(written.directory, format, "");
   if (!written.check.ok)
@@ -346,24 +350,23 @@ std::vector<std::string> NotesOn(const WrittenExport& written, const ConvertSour
 }
 
 void RemoveExportsOf(const std::string& folder) {
-  std::error_code ignored;
-  for (const auto& entry :
-       fs::directory_iterator(fs::path(folder) / block::kExportsFolder, ignored)) {
+  const fs::path exports = fs::path(folder) / block::kExportsFolder;
+  std::error_code error, ignored;
+  for (fs::directory_iterator entry(exports, error), end; !error && entry != end;
+       entry.increment(error)) {
     std::set<std::string> files;
     try {
-      files = ReadExportRecord(entry.path().string()).files;
-    } catch (const InputError&) {  // of nobody knows what: it stays
+      files = ReadExportRecord(entry->path().string()).files;
+    } catch (const InputError&) {  // nobody knows what belongs to it: all stays
     }
-    if (files.empty()) continue;
-    files.insert("export.json");
     for (const std::string& file : files) {
       if (!StaysInItsFolder(file)) continue;
-      fs::path path = entry.path() / file;
+      fs::path path = entry->path() / file;
       // With the folders that are empty then.
-      while (fs::remove(path, ignored) && path != entry.path()) path = path.parent_path();
+      while (fs::remove(path, ignored) && path != entry->path()) path = path.parent_path();
     }
   }
-  fs::remove(fs::path(folder) / block::kExportsFolder, ignored);  // if it is empty
+  fs::remove(exports, ignored);  // if it is empty
 }
 
 ExportsOfFolder WriteExportsOf(const std::string& folder, const std::string& camera,

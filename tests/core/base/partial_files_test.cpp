@@ -78,10 +78,11 @@ TEST(PartialFiles, OfAnotherMachineStayForADayWhateverItsProcess) {
 
 TEST(PartialFiles, AreKnownByTheirNames) {
   EXPECT_EQ(NameOf("a/block.json", getpid(), 7), PartialName("a/block.json", 7));
-  for (const char* name : {"block.json.12-0-0badcafe.part", "new.gpkg.12-3-0badcafe.part-wal"})
+  for (const char* name :
+       {"block.json.12-0-0badcafe.part", "new.gpkg.12-3-0badcafe.part-wal", "a.12-0.part"})
     EXPECT_TRUE(IsPartialFile(name)) << name;
   for (const char* name : {"block.json", "spare.part", "archive.12-01-0badcafe.part",
-                           "a.12-0-cafe.part", "a.12-0.part", "a.12-0-0BADCAFE.part", ".part", ""})
+                           "a.12-0-cafe.part", "a.12-0-0BADCAFE.part", ".part", ""})
     EXPECT_FALSE(IsPartialFile(name)) << name;
   EXPECT_TRUE(IsBeingWritten(NameOf("block.json", getpid())));
   EXPECT_FALSE(IsBeingWritten(NameOf("block.json", EndedProcess())));

@@ -197,7 +197,7 @@ TEST(AdjustmentResult, WhatIsNoListOfPointsIsNamed) {
   twice.insert(1, R"("ties": [],)");
   WriteFileAtomically(folder / "other.json", twice);
   ExpectError<InputError>([&] { ReadAdjustmentResult(folder / "other.json"); },
-                          {"other.json", "\"ties\" twice"});
+                          {"other.json", "\"ties\" occurs twice"});
 }
 
 // A parser that looked through a list after each of its objects would take minutes.

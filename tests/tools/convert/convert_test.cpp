@@ -320,7 +320,7 @@ TEST(RemoveExportsOf, LeavesWhatOthersPutThere) {
   ExportOptions options;
   options.formats = {ExchangeFormat::kMicmac, ExchangeFormat::kPatb};
   options.out = folder / "exports";
-  WriteExports(TwoPhotos(), options);
+  for (int time = 0; time < 2; ++time) WriteExports(TwoPhotos(), options);
   const std::string work = folder / "exports/micmac/Malt/dsm.tif";
   fs::create_directories(fs::path(work).parent_path());
   WriteFileAtomically(work, "hours of work");

@@ -72,10 +72,13 @@ double Grey(const Eigen::Vector2d& photo_mm, int band) {
   return 30000 + kPerMm * (band == 0 ? photo_mm.x() : photo_mm.y());
 }
 
-void WriteScan(const std::string& path, const InteriorResult& interior, int bands) {
+void WriteScan(const std::string& path, const InteriorResult& interior, int bands,
+               bool white_is_zero = false) {
+  CPLStringList options;
+  if (white_is_zero) options.SetNameValue("PHOTOMETRIC", "MINISWHITE");
   GDALAllRegister();
   GDALDatasetUniquePtr scan(GetGDALDriverManager()->GetDriverByName("GTiff")->Create(
-      path.c_str(), kSide, kSide, bands, GDT_UInt16, nullptr));
+      path.c_str(), kSide, kSide, bands, GDT_UInt16, options.List()));
   for (int band = 0; band < bands; ++band) {
     std::vector<double> values;
     for (int row = 0; row < kSide; ++row)
@@ -83,6 +86,8 @@ void WriteScan(const std::string& path, const InteriorResult& interior, int band
         values.push_back(Grey(PhotoFromPixel(*interior.photo_from_pixel,
                                              &interior.reseau->correction, {col + 0.5, row + 0.5}),
                               band));
+    if (white_is_zero)
+      for (double& value : values) value = 65535 - value;
     ASSERT_EQ(scan->GetRasterBand(band + 1)->RasterIO(GF_Write, 0, 0, kSide, kSide, values.data(),
                                                       kSide, kSide, GDT_Float64, 0, 0, nullptr),
               CE_None);
@@ -156,6 +161,18 @@ INSTANTIATE_TEST_SUITE_P(Scans, Resampled,
                                          Case{ScanOrientation::kR90, 0.025, true},
                                          Case{ScanOrientation::kM270, 0.02, false},
                                          Case{ScanOrientation::kM180, 0.06, true}));
+
+TEST(ResamplePhoto, OfAScanOfWhichZeroIsWhiteHasBlackForZero) {
+  const TemporaryFolder folder;
+  const CameraFile camera = FilmCamera();
+  const InteriorResult interior = Interior(ScanOrientation::kR0);
+  WriteInteriorResult(folder.Path(), interior);
+  WriteScan(folder / "p.tif", interior, 1, true);
+  const Camera image = ImageCamera(camera.camera, 0.025, false);
+  const FilmImage film(camera, "p", folder.Path(), std::nullopt, image, false);
+  ResamplePhoto(folder / "p.tif", film, image, folder / "out.tif");
+  EXPECT_LT(LargestError_px(folder / "out.tif", 0, camera.camera, image, false), 0.04);
+}
 
 TEST(FilmImage, OfAnotherRunThanTheExteriorOrientationIsRefused) {
   const TemporaryFolder folder;

@@ -96,6 +96,7 @@ void DoAgain(const RecordedStages& stages, const Measurements& measurements, boo
     exterior->learn = learn;
     exterior->resume = true;
     exterior->jobs = jobs;
+    exterior->alone = true;
     // Refuses now what would otherwise be refused only after interior orientation.
     if (stages.interior) block::ExteriorsThatStay(*exterior);
   }
@@ -104,6 +105,7 @@ void DoAgain(const RecordedStages& stages, const Measurements& measurements, boo
     interior->resume = true;
     interior->redo_changed = false;
     interior->jobs = jobs;
+    interior->alone = true;
     ProgressTask progress(listener, "interior orientation",
                           static_cast<int>(interior->photos.size()));
     block::RunInterior(*interior, [&] { progress.Advance(); });

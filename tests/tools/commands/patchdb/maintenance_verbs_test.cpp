@@ -144,7 +144,8 @@ TEST_F(MaintenanceVerbsTest, ShowDrawsASheet) {
       std::minmax_element(window.image.values.begin(), window.image.values.end());
   EXPECT_LT(*low, 10);
   EXPECT_GT(*high, 250);
-  EXPECT_EQ(Orient({"show", "--out", sheet, "--id", "99"}).exit_code, 2);
+  EXPECT_EQ(Orient({"show", "--out", sheet}).exit_code, 1) << "it would be replaced";
+  EXPECT_EQ(Orient({"show", "--out", sheet, "--overwrite", "--id", "99"}).exit_code, 2);
 }
 
 TEST_F(MaintenanceVerbsTest, StatsWritesADensityMap) {
