@@ -248,6 +248,14 @@ void RequireFinite(const ExchangePhoto& photo, const std::string& input) {
                     input, photo.image));
 }
 
+void RequirePossible(const Camera& camera, const std::string& input) {
+  if (const auto problem = PrincipalDistanceProblem(camera); !problem.empty())
+    throw InputError(
+        fmt::format("{}: the principal distance {}; the file is damaged, or of another "
+                    "camera than an aerial one",
+                    input, problem));
+}
+
 void RequireDistinctPhotos(const ExchangeBlock& block, const std::string& input) {
   std::set<std::string> names;
   for (const ExchangePhoto& photo : block.photos)
@@ -344,11 +352,7 @@ ConvertSource ReadForeign(ExchangeFormat format, const ConvertSourceOptions& giv
                        " does not say the images' size; give their camera with --camera" +
                        (block.cameras.size() > 1 ? ", each camera's photos by themselves" : ""));
     if (given.camera.empty()) source.cameras.push_back(CameraOf(camera));
-    if (const auto problem = PrincipalDistanceProblem(source.cameras.back()); !problem.empty())
-      throw InputError(
-          fmt::format("{}: the principal distance {}; the file is damaged, or of another "
-                      "camera than an aerial one",
-                      given.input, problem));
+    RequirePossible(source.cameras.back(), given.input);
   }
   const std::vector<ExchangeCamera> in_file =
       BringIntoTheBlocksGround(given, record, &source.cameras, &block.cameras);
