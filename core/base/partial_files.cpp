@@ -71,14 +71,13 @@ std::optional<Writer> WriterOf(std::string_view name) {
   const std::string_view writer = name.substr(dot + 1);
   const std::size_t first = writer.find('-'), second = writer.rfind('-');
   if (first == std::string_view::npos) return std::nullopt;
+  const pid_t process = ProcessOf(writer.substr(0, first));
   if (first == second) {  // an earlier version named no machine
-    const pid_t earlier = ProcessOf(writer.substr(0, first));
-    if (earlier == 0 || !IsCount(writer.substr(first + 1))) return std::nullopt;
-    return Writer{earlier, ""};
+    if (process == 0 || !IsCount(writer.substr(first + 1))) return std::nullopt;
+    return Writer{process, ""};
   }
   const std::string_view count = writer.substr(first + 1, second - first - 1);
   const std::string_view machine = writer.substr(second + 1);
-  const pid_t process = ProcessOf(writer.substr(0, first));
   const bool named = machine.size() == ThisMachine().size() &&
                      machine.find_first_not_of("0123456789abcdef") == std::string_view::npos;
   if (process == 0 || !IsCount(count) || !named) return std::nullopt;

@@ -48,7 +48,7 @@ template <typename Photo>
 const Photo& PhotoOf(const std::map<std::string, Photo>& photos, const std::string& image) {
   auto found = photos.find(image);
   for (const std::string& name :  // without the folder, and without the ending
-       {std::filesystem::path(image).filename().string(), BareImageName(image)})
+       {fs::path(image).filename().string(), BareImageName(image)})
     if (found == photos.end()) found = photos.find(name);
   if (found == photos.end()) throw InputError("the files hold no image " + image);
   return found->second;
