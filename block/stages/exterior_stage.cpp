@@ -84,6 +84,16 @@ struct Oriented {
   std::map<std::string, std::vector<std::string>> changed;
 };
 
+// Throws InputError if the result is damaged, or is that of a photo that could not be read: a sound
+// file in its place may have the same length and be alike in the pieces that are compared.
+ExteriorResult ReadKept(const std::string& folder, const std::string& photo) {
+  const std::string path = ExteriorResultPath(folder, photo);
+  ExteriorResult result = ReadExteriorResult(path);
+  if (Has(result.findings, Reason::kPhotoUnusable))
+    throw InputError(path + ": the photo could not be read");
+  return result;
+}
+
 Job JobOf(const ExteriorSetting& setting, const std::string& path, AskedAreas* asked,
           ExteriorResult* result) {
   const Inputs inputs = InputsOfPhoto(setting.options, setting.approximations, path);
@@ -95,9 +105,7 @@ Job JobOf(const ExteriorSetting& setting, const std::string& path, AskedAreas* a
     result->asked_of_neighbours = asked->Of(result->photo);
     WriteExteriorResult(setting.options.out, *result);
   };
-  const auto keep = [=, &setting] {
-    *result = ReadExteriorResult(ExteriorResultPath(setting.options.out, PhotoName(path)));
-  };
+  const auto keep = [=, &setting] { *result = ReadKept(setting.options.out, PhotoName(path)); };
   return {PhotoName(path), inputs, run, keep};
 }
 
@@ -153,9 +161,9 @@ std::set<std::string> ExteriorsThatStay(const ExteriorRunOptions& given) {
         !(options.keep_unstated && state == ResultState::kUnstated))
       continue;
     try {
-      ReadExteriorResult(store.PathOf(name));
+      ReadKept(options.out, name);
       kept.insert(name);
-    } catch (const InputError&) {  // damaged: done again
+    } catch (const InputError&) {  // done again
     }
   }
   return kept;

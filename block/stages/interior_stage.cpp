@@ -113,6 +113,16 @@ bool NamesCamera(const std::string& decided, const std::string& camera) {
 
 ResultStore StoreOf(const InteriorRunOptions& options) { return {options.out, ".interior.json"}; }
 
+// Throws InputError if the result is damaged, or is that of a scan that could not be read: a sound
+// scan in its place may have the same length and be alike in the pieces that are compared.
+InteriorResult ReadKept(const InteriorRunOptions& options, const std::string& photo) {
+  const std::string path = StoreOf(options).PathOf(photo);
+  InteriorResult result = ReadInteriorResult(path);
+  if (Has(result.findings, Reason::kScanUnusable))
+    throw InputError(path + ": the scan could not be read");
+  return result;
+}
+
 // One per photo; they differ in the scan only. A scan that cannot be read now counts as unchanged
 // if there is a result to be kept.
 std::vector<Inputs> InputsOf(const InteriorRunOptions& options, const RunCameras& cameras) {
@@ -332,12 +342,11 @@ PreparedRun Prepare(const InteriorRunOptions& options) {
 
 std::set<std::string> InteriorsThatStay(const InteriorRunOptions& options) {
   std::set<std::string> kept = Prepare(options).kept;
-  const ResultStore store = StoreOf(options);
   std::erase_if(kept, [&](const std::string& photo) {
     try {
-      ReadInteriorResult(store.PathOf(photo));
+      ReadKept(options, photo);
       return false;
-    } catch (const InputError&) {  // damaged: done again
+    } catch (const InputError&) {  // done again
       return true;
     }
   });
@@ -360,7 +369,7 @@ std::vector<InteriorResult> RunInterior(const InteriorRunOptions& options,
     jobs.push_back(
         {PhotoName(options.photos[i]), inputs[i],
          [&, i] { results[i] = OrientOne(options, cameras, options.photos[i], inputs[i]); },
-         [&, i] { results[i] = ReadInteriorResult(store.PathOf(PhotoName(options.photos[i]))); }});
+         [&, i] { results[i] = ReadKept(options, PhotoName(options.photos[i])); }});
   RunJobs(jobs, store, {options.jobs, options.resume, true, done});
   if (options.results_only) return results;
   const LibraryCamera* camera = CameraOfRoll(cameras, results);

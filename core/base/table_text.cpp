@@ -21,11 +21,10 @@ TableText::TableText(std::string path) : path_(std::move(path)), text_(ReadFile(
 
 bool TableText::NextText(std::string* line) {
   while (position_ < text_.size()) {
-    const std::size_t end = std::min(text_.find('\n', position_), text_.size());
+    const std::size_t end = std::min(text_.find_first_of("\r\n", position_), text_.size());
     *line = text_.substr(position_, end - position_);
-    position_ = end + 1;
+    position_ = end + (text_.compare(end, 2, "\r\n") == 0 ? 2 : 1);
     ++line_;
-    if (!line->empty() && line->back() == '\r') line->pop_back();
     if (line->find_first_not_of(" \t") != std::string::npos) return true;
   }
   return false;

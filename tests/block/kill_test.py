@@ -29,10 +29,9 @@ class Kills:
         self.command = self.world.commands(1)["block"]
         self.words = [*self.command.words, "--quicklook"]
         self.world.renew(self.command)
-        count = folder / "count"
-        done = self.world.run(self.words, injector, count=count)
+        done = self.world.run(self.words, injector, told=folder)
         assert done.returncode == 0, done.stderr
-        self.calls = dict(map(str.split, count.read_text().splitlines()))
+        self.calls = dict(map(str.split, (folder / "calls").read_text().splitlines()))
         self.expected = self.world.result()
 
     def kill(self, call):

@@ -1,4 +1,5 @@
 // A block that was killed goes on where it stopped, and ends as if nothing had happened.
+#include <gdal_priv.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/wait.h>
@@ -9,9 +10,12 @@
 #include <filesystem>
 #include <thread>
 
+#include "block/inputs/digest.h"
 #include "core/base/atomic_write.h"
+#include "core/base/open_dataset.h"
 #include "patchdb/store/patch_database.h"
 #include "tests/end_to_end/simulated_block.h"
+#include "tests/end_to_end/spoilt_block.h"
 #include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
 
@@ -54,6 +58,34 @@ SimulationOptions FourFilmPhotos() {
   options.position_error_m = 3;
   options.attitude_error_deg = 0.5;
   return options;
+}
+
+// As a TIFF of blocks that cannot be decoded where a byte of them is lost.
+void Compress(const std::string& path) {
+  const std::string copy = path + ".copy";
+  const char* const options[] = {"COMPRESS=DEFLATE", "TILED=YES", nullptr};
+  const GDALDatasetUniquePtr original = OpenRasterDataset(path);
+  GDALDriver* const driver = GetGDALDriverManager()->GetDriverByName("GTiff");
+  const GDALDatasetUniquePtr compressed(driver->CreateCopy(
+      copy.c_str(), original.get(), FALSE, const_cast<char**>(options), nullptr, nullptr));
+  if (!compressed) throw std::runtime_error("cannot write " + copy);
+}
+
+TEST_F(BadPhoto, DamagedScanReplacedByASoundOneThatLooksTheSameIsReadOnResume) {
+  const std::string other = Path("scans/new_1_1.tif"), scan = Path("scans/new_1_2.tif");
+  Compress(scan);
+  fs::rename(scan + ".copy", scan);
+  const std::string sound = ReadFile(scan), digest = block::DigestOfFile(scan);
+  constexpr std::size_t kPiece = 1 << 16;  // of which the digest is made: first, middle and last
+  ASSERT_GT(sound.size(), 4 * kPiece);
+  WriteFileAtomically(scan, std::string(sound).replace(kPiece, 20000, 20000, '\0'));
+  ASSERT_EQ(block::DigestOfFile(scan), digest);
+  ExpectOnlyTheSecondFails(Both(), {scan});
+  WriteFileAtomically(scan, sound);
+  EXPECT_EQ(Exterior({other, scan, "--resume", "--plan"}).out,
+            "keep  exterior  new_1_1\ndo    exterior  new_1_2\n");
+  EXPECT_EQ(Exterior({other, scan, "--resume"}).exit_code, 0);
+  EXPECT_EQ(ReadExteriorResult(ExteriorResultPath(Path("out"), "new_1_2")).status, Status::kOk);
 }
 
 TEST(SlowResume, KilledBlockEndsAsAnUndisturbedOne) {

@@ -9,6 +9,7 @@ Every command that reads or writes files runs undisturbed, and then repeatedly w
 fails; with --everywhere, the first call of each path through the program (for "write+", of every
 third path); with --every, each single call. Both take hours; 3/8 selects the third, the eleventh
 ... of these.
+Undisturbed, all files must be flushed before they are renamed, and their folders afterwards.
 After a fault, the exit code must be as documented, the message must name a file, and no file may be
 wrong or left over; the same command, run again, must give the undisturbed result to the last byte.
 On one thread, a case can be repeated with --only, --kind and --at. --processes: number of cases
@@ -39,20 +40,22 @@ class Cases:
         self.world, self.injector, self.name = world, injector, name
         self.cpus = {(first_cpu + i) % os.cpu_count() for i in range(threads)}
         self.command = world.commands(threads)[name]
-        told, count = (world.here.parent / f"{of}_of_{world.here.name}" for of in ("places", "calls"))
-        done = self.run("none", 0, count, told)
+        told = world.here.parent / f"told_of_{world.here.name}"
+        told.mkdir(exist_ok=True)
+        done = self.run("none", 0, told)
         assert done.returncode == DONE, f"{name}: {done.stdout}{done.stderr}"
         self.expected, self.said = world.result(), without_times(done.stdout)
         self.places = collections.defaultdict(list)  # call paths by kind
-        for kind, place in map(str.split, told.read_text().splitlines()):
+        self.unflushed = (told / "unflushed").read_text().splitlines()
+        for kind, place in map(str.split, (told / "places").read_text().splitlines()):
             self.places[kind].append(place)
-        for kind, calls in map(str.split, count.read_text().splitlines()):
+        for kind, calls in map(str.split, (told / "calls").read_text().splitlines()):
             assert len(self.places[kind]) == int(calls), f"{name}: {calls} are too many to be told apart"
 
-    def run(self, kind, at, count=None, places=None):
+    def run(self, kind, at, told=None):
         self.world.renew(self.command)
         return self.world.run(self.command.words, self.injector, kind.rstrip("+"), at, kind.endswith("+"),
-                              count, places, self.cpus)
+                              told, self.cpus)
 
     def calls(self, kind):
         return len(self.places[kind.rstrip("+")])
@@ -116,6 +119,9 @@ def work(asked, start, number):
     for name in [asked.only] if asked.only else World(asked.orient, start, start).commands(1):
         cases = Cases(World(asked.orient, start, start.parent / f"here{number}"), asked.injector, name,
                       asked.threads, number)
+        for line in cases.unflushed:
+            print(f"{name}: {line}", flush=True)
+        wrong += len(cases.unflushed)
         for kind in [asked.kind] if asked.kind else KINDS:
             codes = collections.Counter()
             for at in [asked.at] if asked.at else cases.chosen(kind, asked):

@@ -12,6 +12,9 @@
 //   ORIENT_FAULT_COUNT   file to which the number of calls of each kind is written at the end
 //   ORIENT_FAULT_PLACES  file to which a line per call is written, "kind place"; calls with equal
 //                        call stacks have the same place
+//   ORIENT_FAULT_UNFLUSHED file to which a line per file is written that a power cut could lose: it
+//                        was renamed before its contents were flushed, or its folder was not
+//                        flushed after the last rename
 //   ORIENT_FAULT_NO_LOCKS  set: the file system has no locks, like NFS without its lock daemon
 //
 // Nothing is really flushed to the disk: this would only take time, as the machine does not fail.
@@ -34,6 +37,12 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <set>
+#include <string>
+#include <utility>
 
 extern "C" {
 // NOLINTBEGIN(bugprone-reserved-identifier): glibc's own
@@ -65,6 +74,47 @@ Plan plan;
 std::array<std::atomic<long>, kNames.size()> calls{};
 std::array<std::atomic<Watch>, kMostFiles> watched{};
 std::array<std::array<size_t, kMostPlaces>, kNames.size()> places{};
+
+// What a power cut could lose. Files and folders are known by device and inode.
+struct Unflushed {
+  using Id = std::pair<dev_t, ino_t>;
+
+  std::mutex mutex;
+  std::set<Id> files;                   // written since they were flushed
+  std::map<Id, std::string> folders;    // with the file that was renamed last
+  std::set<std::string> renamed_early;  // before their contents were flushed
+
+  static Id IdOf(const struct stat& status) { return {status.st_dev, status.st_ino}; }
+
+  void Wrote(int file) {
+    struct stat status {};
+    if (fstat(file, &status) != 0 || !S_ISREG(status.st_mode)) return;
+    const std::lock_guard lock(mutex);
+    files.insert(IdOf(status));
+  }
+  void Flushed(int file) {
+    struct stat status {};
+    if (fstat(file, &status) != 0) return;
+    const std::lock_guard lock(mutex);
+    files.erase(IdOf(status));
+    folders.erase(IdOf(status));
+  }
+  void Renamed(const char* to) {
+    struct stat file {
+    }, folder{};
+    if (stat(to, &file) != 0 || !S_ISREG(file.st_mode)) return;
+    if (stat(std::filesystem::path(to).parent_path().c_str(), &folder) != 0) return;
+    const std::lock_guard lock(mutex);
+    if (files.contains(IdOf(file))) renamed_early.insert(to);
+    folders[IdOf(folder)] = to;
+  }
+};
+
+// Never destroyed: files are written until the very end.
+Unflushed& Losses() {
+  static Unflushed& losses = *new Unflushed;
+  return losses;
+}
 
 template <class Function>
 Function Real(Function, const char* name) {
@@ -160,6 +210,21 @@ FILE* OpenStream(const Open& open, const char* path, const char* mode) {
   return stream;
 }
 
+void NoteWriting(int file) {
+  if (WatchOf(file) != kNot) Losses().Wrote(file);
+}
+
+int Flush(int file) {
+  if (FailsWriting(WatchOf(file) != kNot)) return -1;
+  Losses().Flushed(file);
+  return 0;
+}
+
+int NoteRename(int result, const char* to) {
+  if (result == 0 && Below(to)) Losses().Renamed(to);
+  return result;
+}
+
 // Makes ferror() report an error. Returns the number of bytes.
 size_t SetError(FILE* stream) {
   stream->_flags |= 0x20;  // glibc's _IO_ERR_SEEN
@@ -190,6 +255,13 @@ void TellPlaces(FILE* file) {
       std::fprintf(file, "%s %zx\n", kNames[i], places[i][call]);
 }
 
+void TellLosses(FILE* file) {
+  for (const std::string& name : Losses().renamed_early)
+    std::fprintf(file, "%s: renamed before it was flushed\n", name.c_str());
+  for (const auto& [id, name] : Losses().folders)
+    std::fprintf(file, "%s: its folder was not flushed\n", name.c_str());
+}
+
 void TellTo(const char* name, void (*tell)(FILE*)) {
   const char* path = std::getenv(name);
   if (path == nullptr) return;
@@ -203,6 +275,7 @@ __attribute__((destructor)) void Tell() {
   plan.kind = kNone;
   TellTo("ORIENT_FAULT_COUNT", TellCounts);
   TellTo("ORIENT_FAULT_PLACES", TellPlaces);
+  TellTo("ORIENT_FAULT_UNFLUSHED", TellLosses);
 }
 
 }  // namespace
@@ -249,17 +322,20 @@ int fclose(FILE* stream) {
 ssize_t write(int file, const void* bytes, size_t size) {
   const auto real = REAL(write);
   if (FailsWriting(WatchOf(file) != kNot, [&] { real(file, bytes, size / 2); })) return -1;
+  NoteWriting(file);
   return real(file, bytes, size);
 }
 
 ssize_t pwrite64(int file, const void* bytes, size_t size, off64_t at) {
   const auto real = REAL(pwrite64);
   if (FailsWriting(WatchOf(file) != kNot, [&] { real(file, bytes, size / 2, at); })) return -1;
+  NoteWriting(file);
   return real(file, bytes, size, at);
 }
 
 size_t fwrite(const void* bytes, size_t size, size_t count, FILE* stream) {
   if (FailsWriting(WatchOf(fileno(stream)) != kNot)) return SetError(stream);
+  NoteWriting(fileno(stream));
   return REAL(fwrite)(bytes, size, count, stream);
 }
 
@@ -285,21 +361,22 @@ size_t fread(void* bytes, size_t size, size_t count, FILE* stream) {
 
 int ftruncate64(int file, off64_t size) {
   if (FailsWriting(WatchOf(file) != kNot)) return -1;
+  NoteWriting(file);
   return REAL(ftruncate64)(file, size);
 }
 
-int fsync(int file) { return FailsWriting(WatchOf(file) != kNot) ? -1 : 0; }
-int fdatasync(int file) { return FailsWriting(WatchOf(file) != kNot) ? -1 : 0; }
+int fsync(int file) { return Flush(file); }
+int fdatasync(int file) { return Flush(file); }
 
 int rename(const char* from, const char* to) {
   if (FailsWriting(Below(to))) return -1;
-  return REAL(rename)(from, to);
+  return NoteRename(REAL(rename)(from, to), to);
 }
 
 int renameat2(int from_folder, const char* from, int to_folder, const char* to,
               unsigned int flags) {
   if (FailsWriting(Below(to))) return -1;
-  return REAL(renameat2)(from_folder, from, to_folder, to, flags);
+  return NoteRename(REAL(renameat2)(from_folder, from, to_folder, to, flags), to);
 }
 
 int mkdir(const char* path, mode_t mode) {

@@ -31,10 +31,10 @@ class Neighbours:
         self.expected, self.calls = {}, 0
         for name in ("exterior", "interior", "block"):
             self.world.renew(self.commands[name])
-            done = self.run(name, count=folder / "count")
+            done = self.run(name, told=folder)
             assert done.returncode == 0, done.stdout + done.stderr
             self.expected[name] = self.world.result()
-        self.calls = int(dict(map(str.split, (folder / "count").read_text().splitlines()))["write"])
+        self.calls = int(dict(map(str.split, (folder / "calls").read_text().splitlines()))["write"])
 
     def run(self, name, words=(), **fault):
         return self.world.run([*self.commands[name].words, *words], self.injector, cpus=CPUS, **fault)

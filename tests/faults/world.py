@@ -194,17 +194,17 @@ class World:
             copy = shutil.copytree if (self.start / name).is_dir() else shutil.copy2
             copy(self.start / name, self.here / name)
 
-    def run(self, words, injector=None, kind="none", at=0, on=False, count=None, places=None,
-            cpus=(0,)):
+    def run(self, words, injector=None, kind="none", at=0, on=False, told=None, cpus=(0,)):
+        """`told`: folder for what the injector counts: `calls`, `places` and `unflushed` files."""
         environment = dict(os.environ)
         if injector:
             environment |= {"LD_PRELOAD": str(injector), "ORIENT_FAULT_FOLDER": str(self.here),
                             "ORIENT_FAULT_KIND": kind, "ORIENT_FAULT_AT": str(at),
                             "ORIENT_FAULT_ON": "1" if on else "0"}
-        if count:
-            environment["ORIENT_FAULT_COUNT"] = str(count)
-        if places:
-            environment["ORIENT_FAULT_PLACES"] = str(places)
+        if told:
+            environment |= {"ORIENT_FAULT_COUNT": str(told / "calls"),
+                            "ORIENT_FAULT_PLACES": str(told / "places"),
+                            "ORIENT_FAULT_UNFLUSHED": str(told / "unflushed")}
         return subprocess.run([self.orient, *words], capture_output=True, text=True, check=False,
                               env=environment, preexec_fn=lambda: os.sched_setaffinity(0, cpus),
                               timeout=LONGEST_S)

@@ -30,17 +30,21 @@ import tomllib
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 TABLES = ROOT / "tests/mutation"
 LEAST = 120
-# Tests that run the program from outside.
-SCRIPTS = {"upload": "tests/cluster/upload_test.py"}
+# Tests that run the program from outside: their arguments after it, and what else they need.
+INJECTOR = ["tests/liborient_injector.so"]
+SCRIPTS = {"upload": ("cluster/upload_test.py", [], ["--all"]),
+           "faults": ("faults/faults_test.py", INJECTOR, []),
+           "block_kill": ("block/kill_test.py", INJECTOR, []),
+           "patchdb_kill": ("patchdb/kill_test.py", ["tests/patchdb_learner", *INJECTOR], [])}
 # The tests of each module, its own first.
-TESTS = {"core": ["test_core", "fuzz_corpus", "test_patchdb", "test_interior", "test_exterior",
-                  "test_tools", "upload", "test_block", "test_end_to_end"],
+TESTS = {"core": ["test_core", "fuzz_corpus", "test_patchdb", "faults", "test_interior",
+                  "test_exterior", "test_tools", "upload", "test_block", "test_end_to_end"],
          "interior": ["test_interior", "test_block", "test_tools", "test_end_to_end"],
-         "patchdb": ["test_patchdb", "fuzz_corpus", "test_exterior", "test_tools", "test_block",
-                     "test_end_to_end"],
+         "patchdb": ["test_patchdb", "fuzz_corpus", "patchdb_kill", "test_exterior", "test_tools",
+                     "test_block", "test_end_to_end"],
          "exterior": ["test_exterior", "test_block", "test_end_to_end"],
-         "block": ["test_block", "test_tools", "test_end_to_end"],
-         "tools": ["test_tools", "upload", "test_block", "test_end_to_end"]}
+         "block": ["test_block", "block_kill", "test_tools", "test_end_to_end"],
+         "tools": ["test_tools", "upload", "faults", "test_block", "test_end_to_end"]}
 MOST_SECONDS = 600
 QUICK = "-Slow*:*/Slow*"
 
@@ -92,6 +96,13 @@ def own_suites(mutant):
     return ":".join(f"{suite}.*:*/{suite}.*" for suite in sorted(suites))
 
 
+def needed(test):
+    """What must be built for a test."""
+    if test in SCRIPTS:
+        return ["orient", *SCRIPTS[test][1]]
+    return ["orient", test] if test == "test_end_to_end" else [test]
+
+
 def digest_of(mutant):
     return hashlib.sha256(json.dumps([mutated(mutant), mutant["name"]]).encode()).hexdigest()
 
@@ -138,8 +149,9 @@ class Copy:
         """Name of the first failing test; empty if all pass."""
         log = "test.log"
         if test in SCRIPTS:
-            code = self.run([sys.executable, self.sources / SCRIPTS[test], self.tree / "orient",
-                             "--all"], log, MOST_SECONDS)
+            script, built, options = SCRIPTS[test]
+            code = self.run([sys.executable, self.sources / "tests" / script, self.tree / "orient",
+                             *(self.tree / name for name in built), *options], log, MOST_SECONDS)
             return "" if code == 0 else test
         if not test.startswith("test_"):
             code = self.run([self.tree / f"tests/fuzz/{test}", self.sources / "tests/fuzz/corpus"],
@@ -159,8 +171,7 @@ class Copy:
     def killer(self, mutant):
         """What kills a mutant; None if nothing does."""
         for place, test in enumerate(TESTS[mutant["room"]]):
-            program = ["orient"] if test == "test_end_to_end" or test in SCRIPTS else []
-            if not self.build(program + ([] if test in SCRIPTS else [test])):
+            if not self.build(needed(test)):
                 return "the compiler"
             suites = own_suites(mutant) if place == 0 else ""
             found = (self.failing_test(test, suites) if suites else "") or self.failing_test(test)

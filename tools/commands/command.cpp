@@ -28,6 +28,7 @@ constexpr const char* kVerbose = "--verbose";
 constexpr const char* kQuiet = "--quiet";
 constexpr const char* kLog = "--log";
 constexpr const char* kLogJson = "--log-json";
+constexpr const char* kOutputLost = "cannot write to standard output; is the disk full?";
 
 // Description of `orient`, for those who type its name alone.
 constexpr const char* kDescription =
@@ -181,8 +182,12 @@ std::string MissingCommand(const CLI::App& parser, const std::vector<std::string
 int ReportParseError(const CLI::App& parser, const CLI::ParseError& error,
                      const std::vector<std::string>& arguments, std::ostream& out,
                      std::ostream& err) {
-  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success))
-    return parser.exit(error, out, err);  // --help and --version are no errors
+  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) {  // --help, --version
+    const int code = parser.exit(error, out, err);
+    if (out.flush()) return code;
+    err << "orient: " << kOutputLost << "\n";
+    return static_cast<int>(ExitCode::kBadInput);
+  }
   // For a misspelt word, CLI11 reports only what is missing because of it.
   std::string wrong = WrongCommand(parser, arguments);
   if (wrong.empty()) wrong = DidYouMean(parser, arguments);
@@ -253,7 +258,7 @@ ExitCode RunCommand(const CLI::App& parser, const CommandList& commands,
   (*command)->Begin(invocation);
   const ExitCode code = (*command)->Run(out);
   out.flush();
-  if (!out) throw InputError("cannot write to standard output; is the disk full?");
+  if (!out) throw InputError(kOutputLost);
   return code;
 }
 

@@ -8,6 +8,7 @@
 #include <random>
 #include <sstream>
 
+#include "block/inputs/digest.h"
 #include "core/base/atomic_write.h"
 #include "tests/support/film_frame.h"
 #include "tests/support/shared_data.h"
@@ -109,6 +110,28 @@ TEST(InteriorOutputs, ARunOfSeveralScansLeavesTablesSheetAndMicmacFiles) {
   EXPECT_EQ(Orient(arguments), 0);
   EXPECT_EQ(Lines(out + "/interior.csv"), 4);
   EXPECT_TRUE(fs::exists(out + "/contact_sheet.png"));
+}
+
+// The damage lies between the pieces of the file that a resumed run compares.
+TEST(InteriorOutputs, ADamagedScanReplacedByASoundOneThatLooksTheSameIsReadOnResume) {
+  TemporaryFolder folder;
+  const std::string camera = folder / "camera.toml", scan = folder / "scan.png";
+  WriteCameraFile(camera, RingCamera(30, 70));
+  FilmFrameSpec spec;
+  spec.camera = RingCamera(30, 70);
+  WriteScan(scan, RenderFilmFrame(spec).scan);
+  const std::string sound = ReadFile(scan), digest = DigestOfFile(scan);
+  ASSERT_GT(sound.size(), std::size_t{4} << 16);
+  WriteFileAtomically(scan, std::string(sound).replace(std::size_t{1} << 16, 20000, 20000, '\0'));
+  ASSERT_EQ(DigestOfFile(scan), digest);
+  const std::vector<std::string> arguments = {
+      "interior", "--camera", camera, "--pixel-size-um", "100", "--out", folder / "out", scan};
+  EXPECT_EQ(Orient(arguments), 3);
+  WriteFileAtomically(scan, sound);
+  std::vector<std::string> resumed = arguments;
+  resumed.push_back("--resume");
+  EXPECT_EQ(Orient(resumed), 0);
+  EXPECT_EQ(ReadInteriorResult(InteriorResultPath(folder / "out", "scan")).status, Status::kOk);
 }
 
 }  // namespace

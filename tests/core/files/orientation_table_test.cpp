@@ -62,6 +62,14 @@ TEST(OrientationTable, TextAsPeopleAndSpreadsheetsWriteIt) {
   EXPECT_DOUBLE_EQ(table.rows[1].pose.opk_rad.z(), std::numbers::pi) << "angles are in (-180, 180]";
 }
 
+TEST(OrientationTable, ACarriageReturnAloneEndsALineToo) {
+  const OrientationTable table =
+      ReadText("filename,x,y,z,omega,phi,kappa\ra,1,2,3,0,0,0\r\rb,4,5,6,0,0,0\r");
+  ASSERT_EQ(table.rows.size(), 2u);
+  EXPECT_EQ(table.rows[1].photo, "b");
+  EXPECT_EQ(table.rows[1].pose.position_m, Eigen::Vector3d(4, 5, 6));
+}
+
 TEST(OrientationTable, ColumnsAreFoundByNameInAnyOrderBesideOthers) {
   const OrientationTable table =
       ReadText("kappa,phi,omega,time,z,y,x,filename\n3,2,1,noon,30,20,10,p\n");

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <CLI/CLI.hpp>
+#include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -174,6 +175,15 @@ TEST(Command, HelpAndVersionGoToStandardOutputWithCodeZero) {
   }
   EXPECT_TRUE(Contains(RunWith({"--help"}).out, "measure"));
   EXPECT_TRUE(Contains(RunWith({"measure", "-h"}).out, "2.5")) << "defaults show by themselves";
+}
+
+TEST(Command, HelpThatCannotBeWrittenIsAnError) {
+  std::ofstream full("/dev/full");
+  std::ostringstream err;
+  CommandList commands;
+  commands.push_back(std::make_unique<StoreCommand>());
+  EXPECT_EQ(RunProgram(commands, {"store", "create", "--help"}, full, err), 2);
+  EXPECT_NE(err.str().find("cannot write to standard output"), std::string::npos) << err.str();
 }
 
 TEST(Command, BadUsageIsCodeOneAndNamesWhatIsWrongAndWhereHelpIs) {
