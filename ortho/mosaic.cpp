@@ -10,6 +10,7 @@
 #include "core/base/error.h"
 #include "core/base/side_by_side.h"
 #include "core/raster/band_raster.h"
+#include "core/raster/colour_bands.h"
 #include "ortho/new_cog.h"
 
 namespace orient::ortho {
@@ -62,7 +63,7 @@ struct ValueRange {
 
   static ValueRange Of(const BandFormat& format) {
     if (format.type == GDT_Byte || format.type == GDT_UInt16)
-      return {0, static_cast<float>((1 << format.bits) - 1)};
+      return {0, GreatestValue(format.bits)};
     if (format.type == GDT_Int16) return {-32768, 32767};
     return {std::numeric_limits<float>::lowest(), std::numeric_limits<float>::max()};
   }

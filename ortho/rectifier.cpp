@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/raster/colour_bands.h"
 #include "core/raster/resample.h"
 #include "core/terrain/footprint.h"
 
@@ -56,7 +57,7 @@ double Reduction(const Rectifier::Places& places, const PixelWindow& window) {
 // Limits values to the format's range, since interpolation overshoots; inverts a negative.
 float Clamped(const BandFormat& format, float value, bool negative) {
   if (!format.IsUnsigned()) return value;
-  const float most = static_cast<float>((1 << format.bits) - 1);
+  const float most = GreatestValue(format.bits);
   return std::clamp(negative ? most - value : value, 0.0f, most);
 }
 

@@ -125,8 +125,7 @@ BandRaster BandRaster::Open(const std::string& path) {
   impl->white_is_zero = count == 1 && IsWhiteZero(dataset);
   impl->nodata = NodataOf(bands);
   if (impl->white_is_zero)
-    for (float& value : impl->nodata)
-      value = static_cast<float>((1 << impl->format.bits) - 1) - value;
+    for (float& value : impl->nodata) value = GreatestValue(impl->format.bits) - value;
   impl->has_mask = (first->GetMaskFlags() & GMF_PER_DATASET) != 0;
   impl->windows = std::make_unique<WindowReader>(dataset, bands);
   faults.ThrowIfAny();
@@ -161,7 +160,7 @@ std::vector<Image> BandRaster::Read(const PixelWindow& window) const {
   for (std::size_t band = 0; band < impl_->format.colours.size(); ++band) {
     Image& image = bands.emplace_back(window.width, window.height);
     if (const auto why = impl_->windows->Read(band, window, image.values.data())) impl_->Fail(*why);
-    const float white = static_cast<float>((1 << impl_->format.bits) - 1);
+    const float white = GreatestValue(impl_->format.bits);
     if (impl_->white_is_zero)
       for (float& value : image.values) value = white - value;
   }

@@ -16,6 +16,9 @@ std::vector<GDALRasterBand*> ColourBands(GDALDataset* dataset);
 // As declared: 12 of a band of 16-bit values may be in use.
 int BitsPerSample(GDALRasterBand* band);
 
+// Of unsigned integers of so many bits; white where 0 is black, and what inverts grey values.
+inline float GreatestValue(int bits) { return static_cast<float>((1 << bits) - 1); }
+
 // Whether 0 is white in the dataset's only band of grey values (TIFF: MINISWHITE).
 bool IsWhiteZero(GDALDataset* dataset);
 

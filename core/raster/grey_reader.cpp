@@ -89,8 +89,7 @@ void GreyReader::ChooseBands() {
     nodata_.push_back(has_nodata ? std::vector<float>{static_cast<float>(nodata)}
                                  : std::vector<float>{});
   }
-  if (IsWhiteZero(dataset_))
-    white_is_ = static_cast<float>((1 << BitsPerSample(base.colours[0])) - 1);
+  if (IsWhiteZero(dataset_)) white_is_ = GreatestValue(BitsPerSample(base.colours[0]));
   AddLevel(base);
 }
 

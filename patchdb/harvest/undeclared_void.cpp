@@ -6,6 +6,8 @@
 #include <map>
 #include <optional>
 
+#include "core/raster/colour_bands.h"
+
 namespace orient::patchdb {
 namespace {
 
@@ -22,7 +24,7 @@ constexpr double kSharp = 0.65;    // least share of the step at an edge that it
 std::vector<float> EndsOf(int bits) {
   if (bits < 8 || bits > 16) return {};
   if (bits == 16) return {0, 65535, 32767, -32768};
-  return {0, static_cast<float>((1 << bits) - 1)};
+  return {0, GreatestValue(bits)};
 }
 
 bool IsNear(float value, float other, float tolerance) {

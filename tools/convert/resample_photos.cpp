@@ -132,7 +132,7 @@ void CopyBlock(const BlockMap& block, double factor, GDALDataset* scan, GDALData
                                             0, nullptr) != CE_None)
       Fail(path, "cannot be read", quiet);
     if (white_is_zero && scan->GetRasterBand(band)->GetColorInterpretation() != GCI_AlphaBand) {
-      const auto white = static_cast<float>((1 << BitsPerSample(scan->GetRasterBand(band))) - 1);
+      const float white = GreatestValue(BitsPerSample(scan->GetRasterBand(band)));
       for (float& value : part.values) value = white - value;
     }
     std::vector<float> values = Sample(block, part, factor);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "core/raster/colour_bands.h"
 #include "core/raster/overviews.h"
 #include "core/raster/png_bands.h"
 
@@ -59,7 +60,7 @@ struct Stretch {
 Stretch StretchOf(const Raster& scan) {
   constexpr int kRows = 32;
   const int bits = scan.BitsPerSample();
-  if (bits <= 8) return {0, static_cast<float>((1 << bits) - 1)};
+  if (bits <= 8) return {0, GreatestValue(bits)};
   std::vector<float> values;
   for (int i = 0; i < std::min(kRows, scan.Height()); ++i) {
     const int row = static_cast<int>((i + 0.5) * scan.Height() / std::min(kRows, scan.Height()));
