@@ -71,4 +71,10 @@ bool IsUnfinished(const std::string& block_directory) {
   return fs::exists(UnfinishedPath(block_directory), ignored);
 }
 
+std::optional<std::string> UnfinishedNote(const std::string& block_directory) {
+  if (!IsUnfinished(block_directory)) return std::nullopt;
+  return "the last run into " + block_directory +
+         " has not ended: its results may be those of an earlier one; continue it with --resume";
+}
+
 }  // namespace orient::block

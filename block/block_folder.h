@@ -1,6 +1,7 @@
 // The output folder of a block while a run works in it.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "core/base/folder_lock.h"
@@ -34,5 +35,7 @@ std::string StageDirectory(const std::string& block_directory, const std::string
 
 // Whether a run into this folder was interrupted before its end.
 bool IsUnfinished(const std::string& block_directory);
+// A sentence for those who use results of such a run; none otherwise.
+std::optional<std::string> UnfinishedNote(const std::string& block_directory);
 
 }  // namespace orient::block

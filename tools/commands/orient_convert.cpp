@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <ostream>
 
+#include "block/block_folder.h"
 #include "block/inputs/camera_library.h"
 #include "block/stages/exterior_stage.h"
 #include "core/base/error.h"
@@ -121,6 +122,8 @@ class ConvertCommand : public Command {
     if (out_.empty()) throw UsageError("name a folder for the results with --out");
     Prepare();
     const ConvertSource source = Read();
+    if (const auto note = block::UnfinishedNote(FolderOf(source_.input)))
+      out << "note: " << *note << "\n";
     for (const std::string& message : source.messages) out << "note: " << message << "\n";
     if (!images_.empty() && !IsFilm(source)) RequireDigitalImages(images_, source_.image_extension);
     if (!to_.empty()) Write(source, out);

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <ostream>
 
+#include "block/block_folder.h"
 #include "core/base/error.h"
 #include "tools/commands/commands.h"
 #include "tools/report/gis/block_geopackage.h"
@@ -31,6 +32,7 @@ class ReportCommand : public Command {
 
   ExitCode Run(std::ostream& out) override {
     BlockRecord block = ReadBlockRecord(directory_);
+    if (const auto note = block::UnfinishedNote(directory_)) block.notes.push_back(*note);
     const BlockVerdict verdict = Judge(block);
     out << WriteReport(block, verdict) << "\n";
     if (json_) out << WriteReportJson(block, verdict) << "\n";

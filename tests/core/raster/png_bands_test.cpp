@@ -164,6 +164,12 @@ TEST(PngBands, WhatTheHeaderClaimsIsNotBelieved) {
   }
 }
 
+TEST(PngBands, SidesHaveALimit) {
+  EXPECT_EQ(DecodePngBands(EncodePngBands({Image(4096, 1)}, 8))[0].width, 4096);
+  EXPECT_THROW(DecodePngBands(EncodePngBands({Image(4097, 1)}, 8)), InputError);
+  EXPECT_THROW(DecodePngBands(EncodePngBands({Image(1, 4097)}, 8)), InputError);
+}
+
 TEST(PngBands, BandsOfDifferentSizesAreRefused) {
   EXPECT_THROW(EncodePngBands({Image(3, 3), Image(3, 3), Image(3, 4)}, 8), std::invalid_argument);
   EXPECT_THROW(EncodePngBands({Image(3, 3), Image(3, 3)}, 8), std::invalid_argument);

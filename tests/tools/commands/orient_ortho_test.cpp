@@ -126,6 +126,17 @@ TEST_F(OrientOrtho, MakesOrthophotosOfWhatIsOkAndNamesTheRest) {
   EXPECT_FALSE(Exists("report.html")) << "there was none";
 }
 
+TEST_F(OrientOrtho, PosesOfARunThatHasNotEndedAreSaidToBe) {
+  EXPECT_EQ(Run({"--plan"}).out.find("has not ended"), std::string::npos);
+  fs::create_directory(Path("stages"));
+  WriteFileAtomically(Path("stages/unfinished"), "");
+  const ProgramRun run = Run({"--plan"});
+  EXPECT_EQ(run.exit_code, 3) << run.err;  // one photo is weak
+  EXPECT_NE(run.out.find("the last run into " + folder_.Path() + " has not ended"),
+            std::string::npos)
+      << run.out;
+}
+
 TEST_F(OrientOrtho, AReportThatIsThereShowsThem) {
   WriteReport(folder_.Path());
   Run({"--gsd-m", "10"});

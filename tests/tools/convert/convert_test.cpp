@@ -337,6 +337,18 @@ TEST_F(ConvertedBlock, OfAnotherCrsThanItsPrjSaysIsRefused) {
   EXPECT_EQ(Convert("orientation.csv", {"--to", "colmap", "--crs", "EPSG:32635"}).exit_code, 0);
 }
 
+TEST_F(ConvertedBlock, OfAnUnfinishedRunIsSaidToBe) {
+  EXPECT_EQ(Convert("", {"--to", "colmap"}).out.find("has not ended"), std::string::npos);
+  fs::create_directory(folder_ / "stages");
+  WriteFileAtomically(folder_ / "stages/unfinished", "");
+  for (const char* input : {"", "orientation.csv"}) {
+    const ProgramRun run = Convert(input, {"--to", "colmap"});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_NE(run.out.find("note: the last run into " + folder_.Path()), std::string::npos)
+        << run.out;
+  }
+}
+
 TEST_F(ConvertedBlock, NeedsPlausibleOptions) {
   for (const std::vector<std::string>& wrong :
        {std::vector<std::string>{"--origin", "nan", "0", "0"},

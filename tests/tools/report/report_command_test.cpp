@@ -6,6 +6,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "core/base/atomic_write.h"
 #include "tests/support/shared_data.h"
 #include "tests/tools/report/example_block.h"
 #include "tools/commands/commands.h"
@@ -32,6 +33,19 @@ TEST(ReportCommand, WritesPageAndGeopackageAndNamesThem) {
     EXPECT_TRUE(std::filesystem::exists(folder / file)) << file;
   }
   EXPECT_EQ(out, paths);
+}
+
+TEST(ReportCommand, SaysThatTheBlocksRunHasNotEnded) {
+  const TemporaryFolder folder;
+  WriteExampleBlock(folder.Path());
+  const std::string said = "the last run into " + folder.Path() + " has not ended";
+  std::string out, err;
+  EXPECT_EQ(RunReport(folder.Path(), &out, &err), 0) << err;
+  EXPECT_EQ(ReadFile(folder / "report.html").find(said), std::string::npos);
+  std::filesystem::create_directory(folder / "stages");
+  std::ofstream(folder / "stages/unfinished") << "\n";
+  EXPECT_EQ(RunReport(folder.Path(), &out, &err), 0) << err;
+  EXPECT_NE(ReadFile(folder / "report.html").find(said), std::string::npos);
 }
 
 TEST(ReportCommand, WithoutCrsThereIsNoGeopackage) {
