@@ -243,9 +243,9 @@ bool BlockJudgement::RaysAgree(std::size_t point, const std::vector<std::size_t>
   double t = 0;
   for (const std::size_t row : rows)
     t += system_->LinearisePoint(system_->rows[row]).residual.squaredNorm();
-  // 2 n - 3 degrees of freedom: at most as much as that many would have, in the mean two of them
-  // at the limit.
-  return t < kFitsAgain * limits_[1] && LargestAngle(rows) > RadFromDeg(kMinRayAngle_deg);
+  const int redundancy = 2 * static_cast<int>(rows.size()) - 3;
+  return t < kFitsAgain * ChiSquareLimit(redundancy, system_->options.significance) &&
+         LargestAngle(rows) > RadFromDeg(kMinRayAngle_deg);
 }
 
 // Rejects GNSS positions and priors, but not their photos. A wrong one pulls its neighbours and the

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -17,6 +18,7 @@
 #include "core/base/median.h"
 #include "core/base/open_dataset.h"
 #include "core/base/quiet_gdal.h"
+#include "core/base/trimmed.h"
 
 namespace orient::block {
 namespace {
@@ -108,7 +110,7 @@ class FlightIndex {
 
   double Height(const OGRFeature& feature, const OGRPoint& point, const std::string& where) const {
     const bool in_column = height_ >= 0 && feature.IsFieldSetAndNotNull(height_);
-    const double height = in_column           ? feature.GetFieldAsDouble(height_)
+    const double height = in_column           ? HeightInColumn(feature, where)
                           : point.Is3D() != 0 ? point.getZ()
                                               : std::nan("");
     if (std::isfinite(height)) return height;
@@ -117,6 +119,21 @@ class FlightIndex {
                      " has no flying height; give points a z or a column height (m), or the "
                      "flying height above the ground: flying_height_m or scale under [flight] of a "
                      "block file, or --flying-height-m of 'orient exterior'");
+  }
+
+  // GDAL would make 0 of a text that is no number.
+  double HeightInColumn(const OGRFeature& feature, const std::string& where) const {
+    if (feature.GetFieldDefnRef(height_)->GetType() != OFTString)
+      return feature.GetFieldAsDouble(height_);
+    const std::string text(Trimmed(feature.GetFieldAsString(height_)));
+    double height = std::nan("");
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), height);
+    if (!text.empty() && (error != std::errc() || end != text.data() + text.size()))
+      throw InputError(
+          fmt::format("{}: the height \"{}\" is not a number with a point as its "
+                      "decimal mark",
+                      where, text));
+    return height;
   }
 
   std::string path_;
@@ -151,6 +168,7 @@ Vector6d SigmaOfApproximation(const OrientationRow& row, std::optional<double> p
       Eigen::Vector3d::Constant(attitude_rad.value_or(kAttitudeSigma_rad));
   if (kappa_rad) sigma[5] = *kappa_rad;
   if (!row.attitude_known) sigma[5] = std::numbers::pi;
+  sigma[2] = std::max(sigma[2], row.least_height_sigma_m);
   return sigma;
 }
 
@@ -267,7 +285,8 @@ std::set<std::string> CompleteHeights(const std::string& dem, const Crs& crs,
     completed.insert(row.photo);
     Eigen::Vector3d& place = row.pose.position_m;
     place.z() = HeightOver(surface, place, flying_height_m);
-    if (row.sigma) (*row.sigma)[2] = std::max((*row.sigma)[2], kSpread * flying_height_m);
+    row.least_height_sigma_m = kSpread * flying_height_m;
+    if (row.sigma) (*row.sigma)[2] = std::max((*row.sigma)[2], row.least_height_sigma_m);
   }
   return completed;
 }

@@ -78,8 +78,8 @@ double GroundAround(const GroundSurface& surface, const Eigen::Vector3d& place, 
 double HeightOver(const GroundSurface& surface, const Eigen::Vector3d& place,
                   double flying_height_m);
 
-// Sets z of rows where it is NaN to the flying height above the DEM, with stated sigmas not below
-// the spread of heights within a flight. Returns the photos of these rows.
+// Sets z of rows where it is NaN to the flying height above the DEM, with sigmas, stated or not,
+// that are not below the spread of heights within a flight. Returns the photos of these rows.
 std::set<std::string> CompleteHeights(const std::string& dem, const Crs& crs,
                                       double flying_height_m, std::vector<OrientationRow>* rows);
 

@@ -1,6 +1,10 @@
 // Files that a block's run leaves beside its photos' results, by their names in the output folder.
 #pragma once
 
+#include <array>
+#include <string>
+#include <vector>
+
 namespace orient::block {
 
 inline constexpr const char* kQuicklookFile = "quicklook.png";
@@ -16,5 +20,22 @@ inline constexpr const char* kMarksOverview = ".marks_overview.png";
 inline constexpr const char* kPatchesOverview = ".patches_overview.png";
 // The scan, small.
 inline constexpr const char* kThumbnail = ".thumbnail.png";
+
+// All that runs of interior orientation, exterior orientation and blocks write or remove in a
+// folder: the files that concern it as a whole, and what follows the photos' names.
+inline constexpr std::array kFolderFiles = {
+    "interior.csv",      "marks.csv",          "contact_sheet.png", "orientation.csv",
+    "orientation.prj",   "block_camera.toml",  "block.json",        kCalibratedCameraFile,
+    kPoseCovarianceFile, "control_points.csv", "block.gpkg",        "block.qgz",
+    "report.html",       "report.json",        "run.json",          kQuicklookFile,
+    kSeamsFile};
+inline constexpr std::array kPhotoFiles = {".interior.json", ".exterior.json", ".marks.png",
+                                           ".patches.png",   kMarksOverview,   kPatchesOverview,
+                                           kThumbnail};
+
+// Their paths; `photos`: names.
+std::vector<std::string> FolderFiles(const std::string& directory);
+std::vector<std::string> PhotoFiles(const std::string& directory,
+                                    const std::vector<std::string>& photos);
 
 }  // namespace orient::block

@@ -1,12 +1,13 @@
 #include "block/inputs/block_photos.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "block/inputs/digest.h"
 #include "block/inputs/film_positions.h"
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
-#include "core/files/orientation_table.h"
 
 namespace orient::block {
 namespace {
@@ -26,8 +27,7 @@ void TakeFilmPosition(const CameraFile& camera, const interior::MarkShapes& mark
         photo->position = position;
         return;
       }
-  photo->exterior.pose.reset();
-  photo->exterior.covariance.reset();
+  WithdrawPose(&photo->exterior);
   photo->exterior.status = Status::kFailed;
   const auto& orientation = photo->exterior.orientation;
   photo->exterior.findings = {{.reason = Reason::kScanOrientationExcluded,
@@ -96,6 +96,21 @@ OpenPhotos::OpenPhotos(const std::vector<BlockPhotoFile>& photos,
     photos_.push_back(
         {photo.name, photo.View(camera), *photo.exterior.covariance, images_.back().get()});
   }
+}
+
+bool SamePose(const Pose& a, const Pose& b) {
+  constexpr double kDistance_m = 2e-4, kAngle_rad = 1e-9;
+  const Vector6d off = PoseDifference(a, b).cwiseAbs();
+  return off.head<3>().maxCoeff() < kDistance_m && off.tail<3>().maxCoeff() < kAngle_rad;
+}
+
+std::string PoseContradiction(const OrientationRow& row, const ExteriorResult& exterior) {
+  if (exterior.pose && exterior.status != Status::kFailed && SamePose(row.pose, *exterior.pose))
+    return "";
+  return fmt::format(
+      "orientation.csv and {0}.exterior.json state different poses of {0}: they are of different "
+      "runs, or one was edited; orient the photos again with --overwrite",
+      row.photo);
 }
 
 }  // namespace orient::block

@@ -8,6 +8,7 @@
 #include "block/ties/tie_points.h"
 #include "core/files/block_file.h"
 #include "core/files/camera_file.h"
+#include "core/files/orientation_table.h"
 #include "core/files/results.h"
 #include "core/geometry/bounds.h"
 #include "core/raster/raster.h"
@@ -75,5 +76,12 @@ class OpenPhotos {
   std::vector<TiePhoto> photos_;
   std::size_t owner_ = 0;
 };
+
+// Whether poses are equal to the decimals with which they are written.
+bool SamePose(const Pose& a, const Pose& b);
+
+// Why a row of the folder's table of poses and the photo's result do not belong together; empty if
+// they do. Photos without a pose have no row.
+std::string PoseContradiction(const OrientationRow& row, const ExteriorResult& exterior);
 
 }  // namespace orient::block

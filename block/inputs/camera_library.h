@@ -29,7 +29,7 @@ std::string CameraLibraryFolder(const std::string& option);
 // camera files.
 std::vector<LibraryCamera> ReadCameraLibrary(const std::string& folder);
 
-// A camera file's path as it is; for a name like wild_rc10 that is no file, the path of the
+// A camera file's path as it is; for a name like wild_rc10 that is not a file, the path of the
 // library's file. Throws InputError where neither is there, naming similar cameras.
 std::string FindCameraFile(const std::string& path_or_name, const std::string& library_option);
 

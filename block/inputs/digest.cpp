@@ -113,6 +113,8 @@ std::string TextOf(const OrientationRow* row) {
   for (int i = 0; i < 6; ++i)
     // Rounded: what is read from a file is not what was written to the last bit.
     text += fmt::format("{:.9f} {:.9f} ", row->pose.AsVector()[i], sigma[i]);
+  if (!row->sigma && row->least_height_sigma_m > 0)
+    text += fmt::format("height {:.9f} ", row->least_height_sigma_m);
   return text;
 }
 

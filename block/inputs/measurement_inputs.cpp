@@ -208,10 +208,7 @@ void ApplyVerdict(const Measurements& measurements, InteriorResult* result) {
 }
 
 void ApplyVerdict(const Measurements& measurements, ExteriorResult* result) {
-  if (!Judge(measurements, result)) return;
-  result->pose.reset();
-  result->covariance.reset();
-  result->footprint_m.clear();
+  if (Judge(measurements, result)) WithdrawPose(result);
 }
 
 }  // namespace orient::block

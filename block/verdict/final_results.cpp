@@ -122,10 +122,7 @@ ExteriorResult FailedFrom(const BlockPhotoFile& photo, const Finding& why) {
   ExteriorResult result = photo.by_neighbours ? photo.alone : photo.exterior;
   result.alone = AloneOf(result);
   result.status = Status::kFailed;
-  result.pose.reset();
-  result.covariance.reset();
-  result.projection_sigma.reset();
-  result.footprint_m.clear();
+  WithdrawPose(&result);
   result.findings.insert(result.findings.begin(), why);
   return result;
 }

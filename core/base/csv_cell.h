@@ -7,7 +7,7 @@
 namespace orient {
 
 // A cell as RFC 4180 wants it: quoted where it holds a comma, a quote or a line's end. A text that
-// a spreadsheet would take for a formula (it begins with = + - or @ and is no number) gets an
+// a spreadsheet would take for a formula (it begins with = + - or @ and is not a number) gets an
 // apostrophe before it.
 std::string CsvCell(const std::string& text);
 

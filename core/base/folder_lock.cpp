@@ -7,6 +7,7 @@
 
 #include <cerrno>
 #include <filesystem>
+#include <utility>
 
 #include "core/base/error.h"
 
@@ -36,9 +37,9 @@ FolderLock::FolderLock(const std::string& folder, const std::string& file_name, 
       break;
     }
     if (HasName(file_, path_)) return;
-    close(file_);
+    close(std::exchange(file_, -1));
   }
-  close(file_);
+  if (file_ >= 0) close(file_);
   throw InputError(
       folder +
       ": another orient is at work in this folder (a review until it is closed); wait until it "

@@ -136,8 +136,8 @@ NamedTable::NamedTable(const std::string& path, const std::vector<std::string>& 
       return std::find(names.begin(), names.end(), cell.text) != names.end();
     };
     if (!among(required) && !among(optional))
-      text_.Fail(cell, fmt::format("there is no column \"{}\"; the columns are {} and, as one "
-                                   "likes, {}",
+      text_.Fail(cell, fmt::format("there is no column \"{}\"; the columns are {} and, "
+                                   "optionally, {}",
                                    cell.text, header, fmt::join(optional, ",")));
     if (!columns_.emplace(cell.text, columns_.size()).second)
       text_.Fail(cell, fmt::format("the column \"{}\" appears twice", cell.text));

@@ -87,10 +87,11 @@ void RequireSound(const ExchangeBlock& block, const std::string& origin) {
   for (const ExchangePhoto& photo : block.photos) {
     const Eigen::Matrix3d& r = photo.ground_from_photo;
     if (!photo.centre.allFinite() || !r.allFinite())
-      throw InputError(origin + ": the pose of photo " + photo.image + " is no finite number");
+      throw InputError(origin + ": the pose of photo " + photo.image + " is not finite");
     const Eigen::Matrix3d off = r * r.transpose() - Eigen::Matrix3d::Identity();
     if (!(off.cwiseAbs().maxCoeff() <= kRounding) || !(r.determinant() > 0))
-      throw InputError(origin + ": the matrix of photo " + photo.image + " is no rotation");
+      throw InputError(origin + ": the matrix of photo " + photo.image +
+                       " is not a rotation matrix");
   }
   for (const ExchangeCamera& camera : block.cameras)
     if (!camera.focal_px.allFinite() || !camera.principal_px.allFinite() ||

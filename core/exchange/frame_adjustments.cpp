@@ -214,6 +214,16 @@ void WriteOri(const std::string& directory, const ExchangeBlock& block) {
   WriteFileAtomically((fs::path(directory) / "orientation.ori").string(), text);
 }
 
+namespace {
+
+// Files give principal distances in millimetres or micrometres; none is several metres.
+double InMillimetres(double principal_distance) {
+  constexpr double kLongest_mm = 5000;
+  return principal_distance > kLongest_mm ? principal_distance / 1000 : principal_distance;
+}
+
+}  // namespace
+
 std::vector<PatbPhoto> ReadPatb(const std::string& path) {
   const std::string file = InFolder(path, "patb.ori");
   const auto lines = ReadTextLines(file);
@@ -225,7 +235,8 @@ std::vector<PatbPhoto> ReadPatb(const std::string& path) {
     photo.number = lines[i].Word(0, "the photo's number");
     // The principal distance's columns may be blank.
     const std::size_t x = lines[i].Size() >= 5 ? 2 : 1;
-    if (x == 2) photo.principal_distance_mm = lines[i].Number(1, "the principal distance");
+    if (x == 2)
+      photo.principal_distance_mm = InMillimetres(lines[i].Number(1, "the principal distance"));
     for (std::size_t j = 0; j < 3; ++j)
       photo.centre[static_cast<int>(j)] = lines[i].Number(x + j, "a coordinate");
     std::vector<double> a;
@@ -312,13 +323,6 @@ std::map<std::string, std::string> ReadPhotoNumbers(const std::string& path) {
 
 namespace {
 
-// Files give millimetres or micrometres; no principal distance is several metres.
-double PatbDistance_mm(const PatbPhoto& photo) {
-  constexpr double kLongest_mm = 5000;
-  const double c = photo.principal_distance_mm;
-  return c > kLongest_mm ? c / 1000 : c;
-}
-
 // A camera of which only the principal distance is known, not the pixels.
 ExchangeCamera CameraOfDistance(double c_mm) {
   ExchangeCamera camera;
@@ -336,7 +340,7 @@ ExchangeBlock ExchangeFromPatb(const std::vector<PatbPhoto>& photos,
   std::map<double, std::size_t> camera_of;
   for (const PatbPhoto& p : photos) {
     ExchangePhoto photo;
-    const auto [camera, is_new] = camera_of.emplace(PatbDistance_mm(p), block.cameras.size());
+    const auto [camera, is_new] = camera_of.emplace(p.principal_distance_mm, block.cameras.size());
     photo.camera = camera->second;
     if (is_new) block.cameras.push_back(CameraOfDistance(camera->first));
     photo.image = NamedBack(p.number, names);

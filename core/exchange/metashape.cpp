@@ -9,6 +9,7 @@
 
 #include "core/base/atomic_write.h"
 #include "core/base/column_names.h"
+#include "core/base/csv_cell.h"
 #include "core/base/error.h"
 #include "core/exchange/text_lines.h"
 #include "core/exchange/xml_elements.h"
@@ -100,7 +101,8 @@ std::string ReferenceTable(const ExchangeBlock& block) {
   for (const ExchangePhoto& photo : block.photos) {
     const Eigen::Vector3d opk = OpkFromRotation(photo.ground_from_photo);
     const Eigen::Vector3d centre = photo.centre + block.origin;
-    text += Label(photo.image);
+    const std::string label = Label(photo.image);
+    text += label.find_first_of(",\"\n") == std::string::npos ? label : CsvCell(label);
     for (const double value : {centre.x(), centre.y(), centre.z(), DegFromRad(opk[0]),
                                DegFromRad(opk[1]), DegFromRad(opk[2])})
       text += ',' + ExactNumber(value);

@@ -50,7 +50,8 @@ std::string Escaped(const std::string& text) {
 
 bool IsPattern(const std::string& text) { return text.find_first_of("*?[") != std::string::npos; }
 
-// An address with a query (?) is no pattern. [ counts in the last part only: addresses have [::1].
+// An address with a query (?) is not a pattern. [ counts in the last part only: addresses have
+// [::1].
 bool IsRemotePattern(const std::string& name) {
   return IsRemote(name) && name.find('?') == std::string::npos &&
          (name.find('*') != std::string::npos ||

@@ -192,6 +192,13 @@ AloneResult ReadAlone(const JsonField& field) {
 
 }  // namespace
 
+void WithdrawPose(ExteriorResult* result) {
+  result->pose.reset();
+  result->covariance.reset();
+  result->projection_sigma.reset();
+  result->footprint_m.clear();
+}
+
 void WriteExteriorResult(const std::string& directory, const ExteriorResult& result) {
   WriteFileAtomically(ExteriorResultPath(directory, result.photo), TextOf(ExteriorJson(result)));
 }

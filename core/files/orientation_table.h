@@ -18,6 +18,8 @@ struct OrientationRow {
   std::optional<Vector6d> sigma;  // x y z [m] omega phi kappa [rad]
   // False: kappa is unknown and set to zero; omega and phi are zero where the table omits them.
   bool attitude_known = true;
+  // Z was computed from a flying height: its sigma is at least this, whatever is stated elsewhere.
+  double least_height_sigma_m = 0;
   std::optional<std::string> date = {};  // of the exposure, ISO 8601 (1961, 1961-07-30)
   std::string camera = {};               // that the column "camera" names, where there is one
 };

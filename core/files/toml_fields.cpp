@@ -68,16 +68,20 @@ namespace {
 void RefuseDeepKeys(const std::string& path, const std::string& text) {
   constexpr int kMostParts = 64;
   int line = 1, dots = 0;
-  char quote = 0;
-  for (const char c : text) {
+  char within = 0;  // a quotation mark or, in a comment, '#'
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
     if (c == '\n') ++line;
-    if (c == '\n' || (quote == 0 && (c == '=' || c == '{' || c == ','))) dots = 0;
-    if (c == '\n') quote = 0;
-    if (quote == 0 && (c == '"' || c == '\''))
-      quote = c;
-    else if (c == quote)
-      quote = 0;
-    if (quote == 0 && c == '.' && ++dots > kMostParts)
+    if (c == '\n' || (within == 0 && (c == '=' || c == '{' || c == ','))) dots = 0;
+    if (c == '\n')
+      within = 0;
+    else if (within == '"' && c == '\\')
+      ++i;  // what is escaped ends nothing
+    else if (within == 0 && (c == '"' || c == '\'' || c == '#'))
+      within = c;
+    else if (c == within && c != '#')
+      within = 0;
+    if (within == 0 && c == '.' && ++dots > kMostParts)
       throw InputError(fmt::format("{}, line {}: a key of more than {} parts; check the file", path,
                                    line, kMostParts));
   }

@@ -117,7 +117,7 @@ std::optional<DecidedPosition> Measurements::PositionOf(const std::string& photo
 std::string TextOfMarks(const Measurements& measurements, const std::string& photo) {
   std::string text = TextOfDecisions(measurements, photo, false);
   for (const MarkMeasurement& mark : measurements.MarksOf(photo))
-    text += fmt::format("{} {:.6g} {:.6g} {:.4g} {:d};", mark.mark, mark.pixel.x(), mark.pixel.y(),
+    text += fmt::format("{} {:.9g} {:.9g} {:.4g} {:d};", mark.mark, mark.pixel.x(), mark.pixel.y(),
                         mark.sigma_px, mark.exact);
   return text;
 }

@@ -3,10 +3,13 @@
 #include <cpl_vsi.h>
 #include <gdal_priv.h>
 
+#include <algorithm>
+#include <charconv>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
+#include <string_view>
 #include <vector>
 
 namespace orient {
@@ -27,7 +30,12 @@ std::optional<double> FromTags(GDALDataset* dataset, const std::string& prefix,
   const char* y = dataset->GetMetadataItem((prefix + "YResolution").c_str());
   const char* unit = dataset->GetMetadataItem(unit_name.c_str());
   if (x == nullptr || y == nullptr || unit == nullptr) return std::nullopt;
-  const auto number = [](const char* text) { return std::strtod(text + (*text == '('), nullptr); };
+  const auto number = [](std::string_view text) {
+    text.remove_prefix(std::min(text.find_first_not_of(" (+"), text.size()));
+    double value = 0;
+    std::from_chars(text.data(), text.data() + text.size(), value);
+    return value;
+  };
   const double mean = (number(x) + number(y)) / 2;
   const int code = std::atoi(unit);
   if (code == 2) return Positive(mean);

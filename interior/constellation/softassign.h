@@ -4,8 +4,9 @@
 // Every pair of a mark i and one of its candidates a has a weight m_ai = exp(-|v_a - x_i d - t|^2 /
 // T) (eq. 8 with zeta = 0); weights that do not fit share theirs with "none of them". The transform
 // is the weighted least-squares one, the temperature T falls, the weights harden. It is a local
-// method: among much clutter it often ends in a wrong set (docs/interior.md has the figures), which
-// it does not notice. The exact search of assignment.h is what the pipeline relies on.
+// method: among much clutter it often ends in a wrong set (docs/method/assignment.md has the
+// figures), which it does not notice. The exact search of assignment.h is what the pipeline relies
+// on.
 #pragma once
 
 #include <Eigen/Core>

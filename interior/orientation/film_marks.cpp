@@ -42,8 +42,9 @@ Matrix2d PixelFromMm(const CameraFile& camera, const FilmReading& reading) {
 
 // A plain cross within the picture: there the two sides of a stroke mostly
 // differ, and least-squares matching, which does not model this, is pulled to the brighter one: on
-// simulated P31 scans its errors are half as large again as those of the lines (docs/interior.md
-// has the figures). On a dark corner it sees more of the mark than its lines do.
+// simulated P31 scans its errors are half as large again as those of the lines
+// (docs/evidence/interior.md has the figures). On a dark corner it sees more of the mark than its
+// lines do.
 bool MeasuredByLines(const MarkShape& shape, std::optional<LocatorKind> wanted) {
   return UsualLocator(shape) == LocatorKind::kLines &&
          LocatorFor(shape, wanted) == LocatorKind::kLines;

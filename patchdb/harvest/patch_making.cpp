@@ -12,7 +12,7 @@
 namespace orient::patchdb {
 namespace {
 
-constexpr double kMinContrast = 2;    // standard deviation, in levels of 8 bit of the value range
+constexpr double kMinContrast = 2;    // standard deviation, in levels of 8 bit
 constexpr double kMaxRelief_px = 60;  // height spread in chip pixels: about 45 degrees of slope
 constexpr double kPointingSigma_px = 0.1;  // of an interest point
 constexpr double kMaxHeightTest = 3.3;     // normal deviate: 1 in 1000 by chance
@@ -28,6 +28,8 @@ constexpr double kSearchMarginPx = 2;
 
 using Outcome = std::optional<Refusal>;
 
+// Files of 16 bits often hold no more than 10, of which a limit for all 16 would refuse the
+// texture.
 double LevelsOf8Bit(double levels, int bits) { return bits == 8 ? levels : levels * 4; }
 
 Image Surroundings(const Raster& raster, const Eigen::Vector2d& pixel) {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "core/base/error.h"
@@ -43,7 +44,8 @@ void BindPixel(SQLite::Statement& statement, int index,
 
 std::optional<Eigen::Vector2d> PixelOf(const SQLite::Statement& row, int index) {
   if (row.getColumn(index).isNull() || row.getColumn(index + 1).isNull()) return std::nullopt;
-  return Eigen::Vector2d(row.getColumn(index).getDouble(), row.getColumn(index + 1).getDouble());
+  return Eigen::Vector2d(RequiredNumberOf(row.getColumn(index)),
+                         RequiredNumberOf(row.getColumn(index + 1)));
 }
 
 // Columns of the SELECT in patchdb/store/statements.h; those up to kChip are also the parameters of
@@ -98,8 +100,12 @@ void BindHeights(const Patch& patch, SQLite::Statement& statement) {
   BindBlob(statement, kHeights + 1, packed->png);
 }
 
-// What a pixel or a cell may measure on the ground; an accuracy at most the latter.
+// What a pixel or a cell may measure on the ground.
 constexpr double kLeastLength_m = 1e-5, kGreatestLength_m = 1e5;
+// Of a position or a height that says anything of where the patch is.
+constexpr double kGreatestSigma_m = 1000;
+// Horizontal displacement by an error of height: the tangent of how obliquely the patch was seen.
+constexpr double kGreatestEffect = 10;
 
 bool IsBetween(double value, double least, double greatest) {
   return value >= least && value <= greatest;  // no NaN
@@ -108,7 +114,7 @@ bool IsBetween(double value, double least, double greatest) {
 StoredHeights HeightsOf(const SQLite::Statement& row) {
   if (row.getColumn(kHeights).isNull()) return {};
   StoredHeights heights{BytesOf(row.getColumn(kHeights)), row.getColumn(kHeightsSize).getInt(),
-                        row.getColumn(kHeightsStep).getDouble(),
+                        RequiredNumberOf(row.getColumn(kHeightsStep)),
                         NumberOf(row.getColumn(kHeightsBase)),
                         NumberOf(row.getColumn(kHeightsQuantum))};
   if (!IsBetween(heights.step_m, kLeastLength_m, kGreatestLength_m))
@@ -134,14 +140,17 @@ void ReadQualities(const SQLite::Statement& row, Patch& patch) {
   patch.relief_px = NumberOf(row.getColumn(kRelief));
   patch.lean_px = NumberOf(row.getColumn(kLean));
   if (!row.getColumn(kEnergyXx).isNull())
-    patch.energy = {row.getColumn(kEnergyXx).getDouble(), row.getColumn(kEnergyXy).getDouble(),
-                    row.getColumn(kEnergyYy).getDouble()};
+    patch.energy = {RequiredNumberOf(row.getColumn(kEnergyXx)),
+                    RequiredNumberOf(row.getColumn(kEnergyXy)),
+                    RequiredNumberOf(row.getColumn(kEnergyYy))};
   patch.quality = NumberOf(row.getColumn(kQuality));
 }
 
 void ReadLife(const SQLite::Statement& row, Patch& patch) {
-  patch.life =
-      row.getColumn(kState).getString() == "retired" ? PatchLife::kRetired : PatchLife::kActive;
+  const std::string state = row.getColumn(kState).getString();
+  if (state != "active" && state != "retired")
+    throw InputError("its state is '" + state + "'; it must be 'active' or 'retired'");
+  patch.life = state == "retired" ? PatchLife::kRetired : PatchLife::kActive;
   patch.retired_reason = row.getColumn(kRetiredReason).getString();
   patch.retired_on = TextOf(row.getColumn(kRetiredOn));
   patch.superseded_by = row.getColumn(kSupersededBy).getInt64();
@@ -161,7 +170,7 @@ PackedPatch PackedPatchOf(const SQLite::Statement& row) {
   if (!ground) throw InputError("its geometry is not a POINT Z");
   patch.ground_m = *ground;
   patch.source_id = row.getColumn(kSourceId).getInt64();
-  patch.gsd_m = row.getColumn(kGsd).getDouble();
+  patch.gsd_m = RequiredNumberOf(row.getColumn(kGsd));
   if (!IsBetween(patch.gsd_m, kLeastLength_m, kGreatestLength_m))
     throw InputError(fmt::format("its gsd_m is {}", patch.gsd_m));
   patch.bits = row.getColumn(kBits).getInt();
@@ -169,10 +178,17 @@ PackedPatch PackedPatchOf(const SQLite::Statement& row) {
   packed.chip = BytesOf(row.getColumn(kChip));
   packed.heights = HeightsOf(row);
   patch.covariance_m2 = DecodeCovariance(BytesOf(row.getColumn(kCovariance)));
-  if (!row.getColumn(kHeightEffect).isNull())
+  if (!(patch.covariance_m2.diagonal().maxCoeff() <= kGreatestSigma_m * kGreatestSigma_m))
+    throw InputError(fmt::format("its covariance is of {:g} m",
+                                 std::sqrt(patch.covariance_m2.diagonal().maxCoeff())));
+  if (!row.getColumn(kHeightEffect).isNull()) {
     patch.height_effect = DecodeVector(BytesOf(row.getColumn(kHeightEffect)));
+    if (!(patch.height_effect->cwiseAbs().maxCoeff() <= kGreatestEffect))
+      throw InputError(
+          fmt::format("its height_effect is {:g}", patch.height_effect->cwiseAbs().maxCoeff()));
+  }
   patch.height_sigma_m = NumberOf(row.getColumn(kHeightSigma));
-  if (patch.height_sigma_m && !IsBetween(*patch.height_sigma_m, 0, kGreatestLength_m))
+  if (patch.height_sigma_m && !IsBetween(*patch.height_sigma_m, 0, kGreatestSigma_m))
     throw InputError(fmt::format("its height_sigma_m is {}", *patch.height_sigma_m));
   ReadQualities(row, patch);
   ReadLife(row, patch);

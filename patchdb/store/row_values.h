@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "core/base/error.h"
 #include "patchdb/store/patch_blobs.h"
 
 namespace orient::patchdb {
@@ -15,9 +16,16 @@ inline Bytes BytesOf(const SQLite::Column& column) {
   return bytes == nullptr ? Bytes() : Bytes(bytes, bytes + column.getBytes());
 }
 
+// Throws InputError where it is a text or a blob, of which SQLite would take the leading digits.
+inline double RequiredNumberOf(const SQLite::Column& column) {
+  if (!column.isInteger() && !column.isFloat())
+    throw InputError(std::string("its ") + column.getName() + " is not a number");
+  return column.getDouble();
+}
+
 inline std::optional<double> NumberOf(const SQLite::Column& column) {
   if (column.isNull()) return std::nullopt;
-  return column.getDouble();
+  return RequiredNumberOf(column);
 }
 
 inline std::optional<std::string> TextOf(const SQLite::Column& column) {

@@ -276,16 +276,16 @@ def refuses_what_it_cannot_send_whole(trial, _):
 def refuses(trial, _):
     for place in ("http://user:secret@host/out", "s3://", "s3:///a", "s3://a//b", "s3://a/../b",
                   "gs://a/b?token=c", "out"):
-        said = trial.upload(code=1, says="no object storage", place=place)
+        said = trial.upload(code=1, says="not in object storage", place=place)
         trial.expect("secret told", "secret" not in said)
-    trial.upload(code=2, says="is no folder", out=trial.out / "nothing")
+    trial.upload(code=2, says="is not a folder", out=trial.out / "nothing")
     (trial.out / "nothing").mkdir()
     trial.upload(code=2, says="holds no results", out=trial.out / "nothing")
     (trial.out / "stages/unfinished").write_text("")
     trial.upload(code=2, says="has not ended")
     (trial.out / "stages/unfinished").unlink()
     trial.store.keep(trial.bucket / "block 7" / LIST, b"[]")
-    trial.upload(code=2, says="is no list of an upload")
+    trial.upload(code=2, says="is not a list of an upload")
     nobody = {key: value for key, value in trial.environment().items() if not key.startswith("AWS_")}
     nobody |= {"AWS_CONFIG_FILE": "/nowhere", "CPL_AWS_AUTODETECT_EC2": "NO", "HOME": "/nowhere"}
     run = subprocess.run(trial.words(), env=nobody, capture_output=True, text=True, check=False)

@@ -88,6 +88,30 @@ TEST_F(BadPhoto, DamagedScanReplacedByASoundOneThatLooksTheSameIsReadOnResume) {
   EXPECT_EQ(ReadExteriorResult(ExteriorResultPath(Path("out"), "new_1_2")).status, Status::kOk);
 }
 
+// Files that the run would replace by, or remove as, its own.
+TEST_F(BadInput, WhatARunReadsIsNeverReplaced) {
+  fs::create_directory(Path("out"));
+  const auto expect_kept = [&](const std::string& file, const std::string& key,
+                               const std::string& name) {
+    fs::copy(Path(file), Path("out/" + name));
+    const std::string block = ReadFile(Path("block.toml")), before = ReadFile(Path(file));
+    Edit("block.toml", key + " = \"" + file, key + " = \"out/" + name);
+    for (const char* option : {"--resume", "--overwrite"}) {
+      ExpectRefused(Block({option}), 1, {Path("out/" + name)});
+      EXPECT_EQ(ReadFile(Path("out/" + name)), before) << name << option;
+    }
+    Write("block.toml", block);
+    fs::remove(Path("out/" + name));
+  };
+  expect_kept("camera.toml", "camera", "calibrated_camera.toml");
+  expect_kept("camera.toml", "camera", "block_camera.toml");
+  expect_kept("approx.csv", "approximations", "orientation.csv");
+  expect_kept("patches.gpkg", "patchdb", "block.gpkg");
+  Write("out/control_points.csv", "a surveyor's");
+  ExpectRefused(Block(), 1, {Path("out/control_points.csv"), "exists already"});
+  EXPECT_EQ(ReadFile(Path("out/control_points.csv")), "a surveyor's");
+}
+
 TEST(SlowResume, KilledBlockEndsAsAnUndisturbedOne) {
   const TemporaryFolder folder;
   Simulate(FourFilmPhotos(), folder / "block");

@@ -93,7 +93,7 @@ JobScript ScriptOf(const BlockJobs& jobs, const Work& work) {
 
 JobScript Part(const BlockJobs& jobs, const std::string& stage, const JobNeeds& needs) {
   const std::string what = fmt::format(
-      "Task K does the photos K, K + {0}, K + 2 x {0} ... of the block. What is done is kept,\n"
+      "Task K processes photos K, K + {0}, K + 2 x {0} ... of the block. What is done is kept,\n"
       "# whoever did it: a task may be repeated at any time, and what a lost one has left the next "
       "job does.",
       jobs.parts);
@@ -147,7 +147,7 @@ std::string SlurmTime(int minutes) {
 std::vector<JobScript> JobChain(const BlockJobs& jobs) {
   std::vector<JobScript> chain;
   if (jobs.control)
-    chain.push_back(Whole(jobs, "control", "The control patches that the block file tells to make.",
+    chain.push_back(Whole(jobs, "control", "The control patches that the block file asks for.",
                           "--stage control", jobs.whole));
   if (jobs.film) {
     chain.push_back(Part(jobs, "interior", jobs.interior));

@@ -103,7 +103,7 @@ bool IsStore(const std::string& gdal_name) {
 
 UsageError NoStore(const std::string& place) {
   return UsageError(WithoutSecrets(place) +
-                    " is no object storage; name a place such as s3://bucket/folder, "
+                    " is not in object storage; name a place such as s3://bucket/folder, "
                     "gs://bucket/folder or az://container/folder");
 }
 

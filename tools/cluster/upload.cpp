@@ -45,7 +45,7 @@ void RefuseUnlessFile(const fs::directory_entry& entry, const fs::path& name) {
     throw InputError(path + " is a link to a folder, which is not followed; replace it by a copy");
   if (entry.status(error).type() != fs::file_type::regular)
     throw InputError(fmt::format("{} cannot be uploaded: {}", path,
-                                 error ? error.message() : "it is no file, or leads to none"));
+                                 error ? error.message() : "it is not a file, or a link to none"));
   if (access(path.c_str(), R_OK) != 0)
     throw InputError(fmt::format("cannot read {}: {}", path, std::strerror(errno)));
   if (ValidText(name.string()) != name.string())

@@ -44,7 +44,7 @@ UploadedFiles ReadUploadedFiles(const std::string& text, const std::string& name
   const Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
   const bool is_list = IsList(json);
   if (!is_list || !std::all_of(json["files"].begin(), json["files"].end(), IsFile))
-    throw InputError(name + " is no list of an upload; name another place, or remove it");
+    throw InputError(name + " is not a list of an upload; name another place, or remove it");
   UploadedFiles list{json["id"], json["complete"], {}};
   for (const auto& [file, entry] : json["files"].items())
     list.files[file] = {entry["bytes"], entry.value("digest", "")};

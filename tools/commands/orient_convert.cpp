@@ -175,6 +175,7 @@ class ConvertCommand : public Command {
       images_ = ExpandPhotos(images_, "");
       for (const std::string& scan : images_) results.push_back(ImagePath(scan));
     }
+    RefuseToReplaceInputs(results, {source_.input, FolderOf(source_.input), source_.camera});
     RefuseToOverwrite(results, overwrite_);
   }
 

@@ -123,7 +123,14 @@ class ExteriorCommand : public Command {
     const auto path = [&](const char* file) {
       return (std::filesystem::path(options.out) / file).string();
     };
-    std::vector<std::string> results = {path("orientation.csv")};
+    std::vector<std::string> inputs = options.photos;
+    for (const std::string& input :
+         {options.camera, options.dem, options.patchdb, options.approximations})
+      inputs.push_back(input);
+    RefuseToReplaceInputs(block::FolderFiles(options.out), inputs);
+    RefuseToReplaceInputs(block::PhotoFiles(options.out, block::PhotoNames(options.photos)),
+                          inputs);
+    std::vector<std::string> results = {path("orientation.csv"), path("block_camera.toml")};
     for (const std::string& photo : options.photos)
       results.push_back(ExteriorResultPath(options.out, PhotoName(photo)));
     RefuseToOverwrite(results, output_.overwrite || options.resume, "--resume");

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <ostream>
 
+#include "block/inputs/block_files.h"
 #include "block/inputs/camera_library.h"
 #include "block/inputs/measurement_inputs.h"
 #include "block/roll/roll.h"
@@ -89,10 +90,7 @@ class InteriorCommand : public Command {
   ExitCode Run(std::ostream& out) override {
     if (estimate_camera_.Asked()) return estimate_camera_.Run(out);
     const block::InteriorRunOptions options = Options();
-    std::vector<std::string> paths;
-    for (const std::string& photo : options.photos)
-      paths.push_back(InteriorResultPath(options.out, PhotoName(photo)));
-    RefuseToOverwrite(paths, output_.overwrite || resume_, "--resume");
+    RefuseToReplace(options);
     if (plan_) {
       PrintPlan("interior", options.photos, block::InteriorsThatStay(options), out);
       return ExitCode::kAllDone;
@@ -113,6 +111,18 @@ class InteriorCommand : public Command {
   }
 
  private:
+  void RefuseToReplace(const block::InteriorRunOptions& options) const {
+    std::vector<std::string> inputs = options.photos;
+    if (camera_ != block::kAutoCamera) inputs.push_back(options.camera);
+    RefuseToReplaceInputs(block::FolderFiles(options.out), inputs);
+    RefuseToReplaceInputs(block::PhotoFiles(options.out, block::PhotoNames(options.photos)),
+                          inputs);
+    std::vector<std::string> paths;
+    for (const std::string& photo : options.photos)
+      paths.push_back(InteriorResultPath(options.out, PhotoName(photo)));
+    RefuseToOverwrite(paths, output_.overwrite || resume_, "--resume");
+  }
+
   void AddScannerOption(CLI::App& app) {
     app.add_option_function<std::string>(
            "--scanner",

@@ -7,6 +7,7 @@
 #include "block/block_folder.h"
 #include "core/base/error.h"
 #include "tools/commands/commands.h"
+#include "tools/commands/shared_options.h"
 #include "tools/report/gis/block_geopackage.h"
 #include "tools/report/gis/block_project.h"
 #include "tools/report/html_text.h"
@@ -31,6 +32,7 @@ class ReportCommand : public Command {
   }
 
   ExitCode Run(std::ostream& out) override {
+    RefuseToReplacePatches(directory_);
     BlockRecord block = ReadBlockRecord(directory_);
     if (const auto note = block::UnfinishedNote(directory_)) block.notes.push_back(*note);
     const BlockVerdict verdict = Judge(block);

@@ -39,7 +39,7 @@ class UploadCommand : public Command {
     if (!IsStore(place)) throw NoStore(place_);
     std::error_code ignored;
     if (!std::filesystem::is_directory(folder_, ignored))
-      throw InputError(folder_ + " is no folder; name the output folder of a run");
+      throw InputError(folder_ + " is not a folder; name the output folder of a run");
     const FolderLock lock(folder_, block::kBlockLock);
     if (block::IsUnfinished(folder_))
       throw InputError("the run into " + folder_ +

@@ -64,6 +64,10 @@ ortho::OrientedPhoto FromResult(const Shared& shared, const std::string& scan) {
   const block::BlockPhotoFile photo =
       block::ReadBlockPhoto(scan, result, shared.camera, shared.marks, shared.interior);
   const Status status = photo.exterior.status;
+  if (const OrientationRow* row = shared.table.Find(name)) {
+    const std::string problem = block::PoseContradiction(*row, photo.exterior);
+    if (!problem.empty()) throw InputError(problem);
+  }
   const std::string why = JoinedSentences(photo.exterior.findings);
   if (!photo.HasPose() || status == Status::kFailed)
     throw InputError("is not oriented: " + (why.empty() ? result + " has no pose" : why));

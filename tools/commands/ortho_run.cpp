@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <filesystem>
 #include <optional>
 #include <ostream>
@@ -87,7 +88,33 @@ class OrthoRun {
     if (options_.mosaic) results.push_back(PathOf("mosaic.tif"));
     if (options_.mosaic && options_.seams.empty()) results.push_back(SeamsPath());
     if (options_.balance) results.push_back(TonesPath());
+    std::vector<std::string> inputs = options_.source.scans;
+    for (const std::string& input :
+         {options_.source.poses, options_.source.dem, options_.source.camera})
+      inputs.push_back(input);
+    RefuseToReplaceInputs(results, inputs);
+    RefuseOthersOrthophotos(found);
     RefuseToOverwrite(results, options_.overwrite || options_.resume, "--resume");
+  }
+
+  // With --resume what was made from other poses is made anew; what no run of this command made is
+  // a person's.
+  void RefuseOthersOrthophotos(const OrthoPhotos& found) const {
+    if (options_.overwrite) return;
+    for (const ortho::OrientedPhoto& photo : found.photos) {
+      const std::string path = OrthoPath(photo.name);
+      if (!fs::exists(path)) continue;
+      std::string made_from;
+      try {
+        made_from = BandRaster::Open(path).Metadata(kMadeFrom);
+      } catch (const InputError&) {  // cut off: made anew
+        continue;
+      }
+      if (made_from.empty())
+        throw UsageError(path +
+                         " was not made by orient ortho; choose another folder or give "
+                         "--overwrite");
+    }
   }
 
   void TellPlan(const OrthoPhotos& found, double gsd_m, std::ostream& out) const {
@@ -113,7 +140,11 @@ class OrthoRun {
     for (const ortho::OrientedPhoto& photo : found.photos)
       sizes.push_back(ortho::NaturalGsd(
           photo.view, ortho::SurfaceUnderPhoto(photo.view, options_.source.dem, found.crs)));
-    return std::stod(fmt::format("{:.2g}", Median(sizes)));
+    // Rounded as written, in no locale's way.
+    const std::string text = fmt::format("{:.2g}", Median(sizes));
+    double rounded_m = 0;
+    std::from_chars(text.data(), text.data() + text.size(), rounded_m);
+    return rounded_m;
   }
 
   ortho::OrthoOptions OptionsFor(const OrthoPhotos& found, std::size_t i, double gsd_m) const {

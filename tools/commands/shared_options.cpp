@@ -5,13 +5,16 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <ostream>
+#include <set>
 #include <system_error>
 
 #include "block/plan.h"
 #include "core/base/error.h"
 #include "core/files/block_file.h"
 #include "core/files/orientation_table.h"
+#include "patchdb/store/is_patch_database.h"
 
 namespace orient {
 namespace fs = std::filesystem;
@@ -114,6 +117,50 @@ void RefuseToOverwrite(const std::vector<std::string>& results, bool overwrite,
   if (existing == results.end()) return;
   throw UsageError(*existing + " exists already; choose another folder or give --overwrite" +
                    (alternative.empty() ? "" : " or " + alternative));
+}
+
+namespace {
+
+// Where files are, through links of their folders; folders are looked up once.
+class Places {
+ public:
+  std::string Of(const std::string& path) {
+    const fs::path given = fs::path(path).lexically_normal();
+    const fs::path folder = given.parent_path().empty() ? "." : given.parent_path();
+    const auto [known, is_new] = folders_.try_emplace(folder.string());
+    std::error_code error;
+    if (is_new) known->second = fs::weakly_canonical(folder, error).string();
+    return (fs::path(known->second) / given.filename()).string();
+  }
+
+ private:
+  std::map<std::string, std::string> folders_;
+};
+
+}  // namespace
+
+void RefuseToReplaceInputs(const std::vector<std::string>& results,
+                           const std::vector<std::string>& inputs) {
+  Places places;
+  std::set<std::string> written;
+  for (const std::string& result : results) written.insert(places.Of(result));
+  for (const std::string& input : inputs) {
+    if (input.empty()) continue;
+    std::error_code error;
+    const std::string target = fs::canonical(input, error).string();  // of a link
+    if (written.contains(places.Of(input)) || (!error && written.contains(target)))
+      throw UsageError(input +
+                       " is an input of this run, and would be replaced by a result of this name; "
+                       "choose another folder for the results, or rename it");
+  }
+}
+
+void RefuseToReplacePatches(const std::string& directory) {
+  const std::string path = (fs::path(directory) / "block.gpkg").string();
+  if (patchdb::IsPatchDatabase(path))
+    throw UsageError(path +
+                     " is a patch database, and would be replaced by the block's GeoPackage of "
+                     "this name; rename it, or choose another folder");
 }
 
 CLI::Option* AddEarthOption(CLI::App& app, EarthMode* mode) {

@@ -70,4 +70,13 @@ void AddScanOptions(CLI::App& app, ScanOptions* scan);
 void RefuseToOverwrite(const std::vector<std::string>& results, bool overwrite,
                        const std::string& alternative = "");
 
+// Throws UsageError naming the first of `inputs`, files or folders, that is one of `results`, which
+// the run writes or removes: neither --overwrite nor --resume is meant for it.
+void RefuseToReplaceInputs(const std::vector<std::string>& results,
+                           const std::vector<std::string>& inputs);
+
+// Throws UsageError where block.gpkg in the folder is a patch database: the block's own GeoPackage
+// would replace it.
+void RefuseToReplacePatches(const std::string& directory);
+
 }  // namespace orient

@@ -47,7 +47,7 @@ struct OwnPoint {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
 };
 
-// By image; images that measured nothing have an empty list.
+// By image; images without measurements have an empty list.
 using OwnPoints = std::map<std::string, std::vector<OwnPoint>>;
 
 template <typename Observation>
@@ -186,8 +186,8 @@ std::string VerdictOfMeasured(const ExportCheck& check) {
     text += fmt::format("; the pose, camera and points of {} images are not of one adjustment",
                         Images(check.off));
   if (!check.unchecked.empty())
-    text +=
-        fmt::format("; not checked, for they measured nothing: {} images", Images(check.unchecked));
+    text += fmt::format("; not checked, as they have no measurements: {} images",
+                        Images(check.unchecked));
   return text;
 }
 
@@ -223,7 +223,7 @@ std::vector<std::string> ExportFolders(const std::string& directory) {
   const auto holds = [](const fs::path& folder) {
     return fs::exists(VerificationPath(folder.string())) || fs::exists(folder / "export.json");
   };
-  if (!fs::is_directory(directory)) throw InputError(directory + " is no folder");
+  if (!fs::is_directory(directory)) throw InputError(directory + " is not a folder");
   if (holds(directory)) return {directory};
   std::vector<std::string> folders;
   for (const auto& entry : fs::directory_iterator(directory))

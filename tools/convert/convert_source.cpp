@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "block/inputs/block_camera.h"
+#include "block/inputs/block_photos.h"
 #include "core/base/column_names.h"
 #include "core/base/error.h"
 #include "core/files/adjustment_result.h"
@@ -213,7 +214,11 @@ ConvertSource ReadOrientResults(const ConvertSourceOptions& options) {
     const std::string path = ExteriorResultPath(folder, row.photo);
     std::optional<ExteriorResult> exterior;
     if (fs::exists(path)) exterior = ReadExteriorResult(path);
-    if (exterior) RequireTheCamerasPrincipalDistance(*exterior, path);
+    if (exterior) {
+      RequireTheCamerasPrincipalDistance(*exterior, path);
+      const std::string problem = block::PoseContradiction(row, *exterior);
+      if (!problem.empty()) throw InputError(folder + ": " + problem);
+    }
     auto height = MeanGround(exterior);
     if (!height) height = options.ground_height_m;
     const bool seen = !film || fs::exists(InteriorResultPath(interior, row.photo));
@@ -243,7 +248,7 @@ namespace {
 void RequireFinite(const ExchangePhoto& photo, const std::string& input) {
   if (!photo.centre.allFinite() || !photo.ground_from_photo.allFinite())
     throw InputError(
-        fmt::format("{}: position and rotation of photo {} are no finite numbers; the "
+        fmt::format("{}: position and rotation of photo {} are not finite; the "
                     "file is damaged",
                     input, photo.image));
 }

@@ -68,7 +68,7 @@ void RequireDigitalImages(const std::vector<std::string>& images, const std::str
                       "--image-extension",
                       image, extension));
     if (!fs::exists(image))
-      throw InputError(image + " is no file here that could be linked; copy it");
+      throw InputError(image + " is not a file on this machine that could be linked; copy it");
   }
 }
 

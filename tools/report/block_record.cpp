@@ -8,6 +8,7 @@
 
 #include "block/inputs/block_camera.h"
 #include "block/inputs/block_files.h"
+#include "block/inputs/block_photos.h"
 #include "core/base/error.h"
 #include "core/files/camera_file.h"
 
@@ -101,13 +102,6 @@ void AddQuicklook(const std::string& directory, BlockRecord* block) {
   block->seams_picture = existing(block::kSeamsFile);
 }
 
-// Whether the poses are equal to the decimals with which both are written.
-bool SamePose(const Pose& a, const Pose& b) {
-  constexpr double kDistance_m = 2e-4, kAngle_rad = 1e-9;
-  const Vector6d off = PoseDifference(a, b).cwiseAbs();
-  return off.head<3>().maxCoeff() < kDistance_m && off.tail<3>().maxCoeff() < kAngle_rad;
-}
-
 // Adds the record of the run that made them last; each orthophoto states its own pose.
 void AddOrthophotos(const std::string& directory, const Photos& photos, BlockRecord* block) {
   block->ortho = ReadOrthoFolder(directory);
@@ -122,7 +116,7 @@ void AddOrthophotos(const std::string& directory, const Photos& photos, BlockRec
     const auto now = photos.find(ortho.photo);
     if (now == photos.end() || !now->second.table_row)
       block->ortho->without_pose.push_back(ortho.photo);
-    else if (!SamePose(*ortho.pose, now->second.table_row->pose))
+    else if (!block::SamePose(*ortho.pose, now->second.table_row->pose))
       block->ortho->of_other_poses.push_back(ortho.photo);
   }
 }
@@ -178,6 +172,10 @@ BlockRecord ReadBlockRecord(const std::string& directory,
                      ": the folder holds no results (<photo>.interior.json, "
                      "<photo>.exterior.json); give the --out folder of orient block");
   for (auto& [name, photo] : photos) {
+    if (photo.table_row && photo.exterior)
+      if (std::string why = block::PoseContradiction(*photo.table_row, *photo.exterior);
+          !why.empty())
+        photo.unreadable.push_back(std::move(why));
     AddPictures(directory, &photo);
     block.photos.push_back(std::move(photo));
   }

@@ -46,7 +46,7 @@ struct BlockRecord {
 
 // A damaged file is noted in `unreadable`; the others are read. `adjusted`: what block.json says,
 // where the caller has it (and it is not read then). Throws InputError where `directory`
-// is no folder or holds no result of any photo.
+// is not a folder or holds no result of any photo.
 BlockRecord ReadBlockRecord(const std::string& directory,
                             std::optional<AdjustmentResult> adjusted = std::nullopt);
 

@@ -18,7 +18,7 @@ std::optional<Refusal> WhyNoBody(const RequestHead& head) {
   if (head.content_length) {
     const char* last = head.content_length->data() + head.content_length->size();
     const auto [end, error] = std::from_chars(head.content_length->data(), last, length);
-    if (error != std::errc() || end != last) return Refusal{400, "Content-Length is no number"};
+    if (error != std::errc() || end != last) return Refusal{400, "Content-Length is not a number"};
   }
   if (length > kLongestBody)
     return Refusal{413, fmt::format("the body has more than {} bytes", kLongestBody)};

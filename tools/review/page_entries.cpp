@@ -15,7 +15,7 @@ using Json = nlohmann::json;
 std::vector<Json> Elements(const Json& page, const char* list) {
   const auto found = page.find(list);
   if (found == page.end()) return {};
-  if (!found->is_array()) throw InputError(fmt::format("{} is no list", list));
+  if (!found->is_array()) throw InputError(fmt::format("{} is not a list", list));
   return {found->begin(), found->end()};
 }
 
@@ -32,7 +32,7 @@ std::string TextAt(const Json& element, const char* key) {
 }
 
 double Number(const Json& number, const char* key) {
-  if (!number.is_number()) throw InputError(fmt::format("{} is no number", key));
+  if (!number.is_number()) throw InputError(fmt::format("{} is not a number", key));
   return number.get<double>();
 }
 

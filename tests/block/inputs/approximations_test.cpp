@@ -85,6 +85,16 @@ TEST_F(Approximations, ATableMayLackHeightsWhereTheFlyingHeightIsStated) {
   EXPECT_EQ((*table.rows[0].sigma)[2], 75) << "5 % of the flying height";
   EXPECT_EQ((*table.rows[0].sigma)[0], 1);
   EXPECT_EQ((*table.rows[1].sigma)[2], 1);
+
+  // The same where the table has no sigmas.
+  table.rows[0].pose.position_m.z() = std::nan("");
+  table.rows[0].sigma = table.rows[1].sigma = std::nullopt;
+  CompleteHeights(folder_ / "dem.vrt", crs_, 1500, &table.rows);
+  const Vector6d computed = SigmaOfApproximation(table.rows[0], 20, {});
+  EXPECT_EQ(computed[2], 75);
+  EXPECT_EQ(computed[0], 20);
+  EXPECT_EQ(SigmaOfApproximation(table.rows[1], 20, {})[2], 20);
+  EXPECT_EQ(SigmaOfApproximation(table.rows[0], 200, {})[2], 200);
 }
 
 // A lake without heights in low ground beside a plateau.
@@ -140,6 +150,16 @@ TEST_F(Approximations, AHeightColumnCountsBeforeThePointsOwn) {
   const auto table = Read(Write(
       "flight.geojson", GeoJson("[27.0, 0.0, 0.0]", R"({"name": "4711", "altitude": 2400})")));
   EXPECT_EQ(table.rows.at(0).pose.position_m.z(), 2400);
+}
+
+TEST_F(Approximations, AHeightMayBeWrittenAsTextAndMustBeANumberThen) {
+  const auto read = [&](const std::string& height) {
+    return Read(Write("flight.geojson",
+                      GeoJson("[27.0, 0.0]", R"({"name": "4711", "z": ")" + height + "\"}")));
+  };
+  EXPECT_EQ(read(" 2400.5").rows.at(0).pose.position_m.z(), 2400.5);
+  for (const char* wrong : {"n/a", "1 500", "2400,5"})
+    ExpectError<InputError>([&] { read(wrong); }, {"flight.geojson", wrong, "not a number"});
 }
 
 TEST_F(Approximations, WhatAFlightIndexLacksIsNamed) {

@@ -84,6 +84,22 @@ TEST(DecidedPosition, ConcernsTheExteriorAlone) {
   EXPECT_NE(TextOfPoints(measurements, "a"), "");
 }
 
+TEST(ApplyVerdict, ARejectedPhotoKeepsNothingOfItsPose) {
+  Measurements measurements;
+  measurements.decisions.push_back({"a", DecisionKind::kReject, "", "", {}});
+  ExteriorResult result;
+  result.photo = "a";
+  result.status = Status::kOk;
+  result.pose = Pose{};
+  result.covariance = Matrix6d(Matrix6d::Identity());
+  result.projection_sigma = ProjectionSigma{1, 2};
+  result.footprint_m.resize(4);
+  ApplyVerdict(measurements, &result);
+  EXPECT_EQ(result.status, Status::kFailed);
+  EXPECT_FALSE(result.pose || result.covariance || result.projection_sigma);
+  EXPECT_TRUE(result.footprint_m.empty());
+}
+
 TEST(UnknownPhotos, AreNamedWithThoseThatWerePerhapsMeant) {
   Measurements measurements;
   measurements.marks = {{"4711", "1", {1, 2}, 1, false, {}}};

@@ -37,7 +37,7 @@ TEST(SoundExchangeBlock, IsNotOneOfAMirroredPhoto) {
 TEST(SoundExchangeBlock, IsNotOneOfAStretchedPhoto) {
   ExchangeBlock block = OnePhoto();
   block.photos[0].ground_from_photo *= 1.01;
-  ExpectRefused(block, "no rotation");
+  ExpectRefused(block, "not a rotation");
 }
 
 TEST(SoundExchangeBlock, IsNotOneWithoutFiniteNumbers) {

@@ -264,6 +264,20 @@ TEST(Asp, DocumentedExample) {
   EXPECT_DOUBLE_EQ(block.cameras[0].p[0], -0.000353613460) << "OpenCV's p2";
 }
 
+TEST(Metashape, ALabelWithACommaIsOneCellOfTheReferenceTable) {
+  const TemporaryFolder folder;
+  ExchangeBlock block;
+  block.cameras.resize(1);
+  block.cameras[0].width = block.cameras[0].height = 1000;
+  block.cameras[0].focal_px.setConstant(7500);
+  block.photos.resize(1);
+  block.photos[0].image = "4711, west.tif";
+  block.photos[0].centre = {1, 2, 3};
+  WriteMetashape(folder.Path(), block);
+  EXPECT_NE(ReadFile(folder / "reference.txt").find("\n\"4711, west\",1,2,3,"), std::string::npos)
+      << ReadFile(folder / "reference.txt");
+}
+
 TEST(Patb, RecordsAreSixteenColumnsWide) {
   const TemporaryFolder folder;
   ExchangeBlock block;

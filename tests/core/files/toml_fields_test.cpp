@@ -21,6 +21,14 @@ TEST(ParseTomlFile, AKeyOfThousandsOfPartsIsRefused) {
   EXPECT_EQ(ParseTomlFile(folder / "deep.toml").size(), 3u);
 }
 
+TEST(ParseTomlFile, DotsInCommentsAndTextsAreNoKeys) {
+  const TemporaryFolder folder;
+  const std::string dots(100, '.');
+  WriteFileAtomically(folder / "a.toml", "# it's a rule " + dots + "\na = 1  # \"" + dots +
+                                             "\nb = \"\\\"" + dots + "\"\n[c.d]\n");
+  EXPECT_EQ(ParseTomlFile(folder / "a.toml").size(), 3u);
+}
+
 TEST(NearestWord, ATypoFindsItsKey) {
   const auto nearest = [](std::string_view word) {
     return NearestWord(word, {"principal_point_mm", "principal_distance_mm", "kind", "name"});

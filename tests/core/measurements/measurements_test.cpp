@@ -111,6 +111,10 @@ TEST_F(MeasurementFiles, TextsChangeWithWhatIsSaidAndNotWithWhoSaysIt) {
   EXPECT_EQ(TextOfMarks(measurements, "a"), text);
   measurements.marks[0].pixel.x() += 1;
   EXPECT_NE(TextOfMarks(measurements, "a"), text);
+  measurements.marks[0].pixel.x() = 23456.71;
+  const std::string far = TextOfMarks(measurements, "a");
+  measurements.marks[0].pixel.x() += 0.01;
+  EXPECT_NE(TextOfMarks(measurements, "a"), far) << "a hundredth of a pixel, far from the corner";
   measurements.image_points = {{"a", "p", Eigen::Vector2d(1, 1), std::nullopt, 1}};
   EXPECT_TRUE(TextOfPoints(measurements, "a").empty()) << "a tie does not start a photo";
   measurements.points = {{"p", {1, 2, 3}, {1, 1, 1}, PointRole::kControl}};

@@ -164,6 +164,15 @@ TEST(PngBands, WhatTheHeaderClaimsIsNotBelieved) {
   }
 }
 
+TEST(PngBands, TransparencyIsRefused) {
+  auto png = PngOf({{0, 1, 2, 3}});
+  constexpr std::size_t kEnd = 12;  // bytes of the last chunk, which is empty
+  png.resize(png.size() - kEnd);
+  AppendChunk("tRNS", {0, 2}, png);  // of the grey value 2
+  AppendChunk("IEND", {}, png);
+  EXPECT_THROW(DecodePngBands(png), InputError);
+}
+
 TEST(PngBands, SidesHaveALimit) {
   EXPECT_EQ(DecodePngBands(EncodePngBands({Image(4096, 1)}, 8))[0].width, 4096);
   EXPECT_THROW(DecodePngBands(EncodePngBands({Image(4097, 1)}, 8)), InputError);

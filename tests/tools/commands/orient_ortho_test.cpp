@@ -126,6 +126,27 @@ TEST_F(OrientOrtho, MakesOrthophotosOfWhatIsOkAndNamesTheRest) {
   EXPECT_FALSE(Exists("report.html")) << "there was none";
 }
 
+TEST_F(OrientOrtho, NeitherItsDemNorAFileOfOthersIsReplaced) {
+  const std::string out = Path("out"), others = out + "/west.ortho.tif";
+  fs::create_directory(out);
+  fs::copy(Path("dem.tif"), others);
+  const std::string before = ReadFile(others);
+  const std::vector<std::string> words = {
+      "ortho", folder_.Path(), Path("scans/west.tif"), "--out", out, "--gsd-m", "10", "--dem"};
+  const auto refused = [&](const std::string& dem, const std::string& option,
+                           const std::string& why) {
+    std::vector<std::string> arguments = words;
+    arguments.insert(arguments.end(), {dem, option});
+    const ProgramRun run = RunOrient(arguments);
+    EXPECT_EQ(run.exit_code, 1) << run.out;
+    EXPECT_NE(run.err.find(why), std::string::npos) << run.err;
+    EXPECT_EQ(ReadFile(others), before);
+  };
+  refused(others, "--resume", "is an input");
+  refused(others, "--overwrite", "is an input");
+  refused(Path("dem.tif"), "--resume", "was not made by orient ortho");
+}
+
 TEST_F(OrientOrtho, PosesOfARunThatHasNotEndedAreSaidToBe) {
   EXPECT_EQ(Run({"--plan"}).out.find("has not ended"), std::string::npos);
   fs::create_directory(Path("stages"));

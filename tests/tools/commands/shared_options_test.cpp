@@ -37,6 +37,25 @@ TEST(SharedOptions, PhotosAreNamedOrListedOrBoth) {
             (std::vector<std::string>{folder / "a.tif", folder / "b.tif", folder / "c.tif"}));
 }
 
+TEST(RefuseToReplaceInputs, AnInputIsKnownByWhateverPathAndThroughLinks) {
+  namespace fs = std::filesystem;
+  const TemporaryFolder folder;
+  for (const char* name : {"out", "else"}) fs::create_directory(folder / name);
+  for (const char* file : {"out/camera.toml", "else/camera.toml"})
+    WriteFileAtomically(folder / file, "");
+  fs::create_symlink(folder / "out/camera.toml", folder / "else/link.toml");
+  fs::create_directory_symlink(folder / "out", folder / "also_out");
+  const std::vector<std::string> results = {folder / "out/camera.toml", folder / "out/block.json"};
+  for (const char* input :
+       {"out/camera.toml", "else/../out/camera.toml", "else/link.toml", "also_out/camera.toml"})
+    ExpectError<UsageError>([&] { RefuseToReplaceInputs(results, {folder / input}); },
+                            {folder / input, "is an input"});
+  EXPECT_NO_THROW(
+      RefuseToReplaceInputs(results, {"", folder / "else/camera.toml", folder / "out", "none"}));
+  ExpectError<UsageError>([&] { RefuseToReplaceInputs({folder / "out"}, {folder / "out/"}); },
+                          {"is an input"});
+}
+
 TEST(SharedOptions, ScanOptionsThatAreAutoOrAbsentAreEmpty) {
   for (const auto& arguments :
        std::vector<std::vector<std::string>>{{}, {"--polarity", "auto", "--orientation", "auto"}}) {

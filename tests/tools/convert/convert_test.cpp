@@ -337,6 +337,13 @@ TEST_F(ConvertedBlock, OfAnotherCrsThanItsPrjSaysIsRefused) {
   EXPECT_EQ(Convert("orientation.csv", {"--to", "colmap", "--crs", "EPSG:32635"}).exit_code, 0);
 }
 
+TEST_F(ConvertedBlock, IsNotWrittenOverItself) {
+  EXPECT_EQ(Convert("", {"--to", "colmap"}).exit_code, 0);
+  const std::string images = ReadFile(folder_ / "out/colmap/images.txt");
+  ExpectRefused("out/colmap", {"--from", "colmap", "--to", "colmap"}, 1, {"is an input"});
+  EXPECT_EQ(ReadFile(folder_ / "out/colmap/images.txt"), images);
+}
+
 TEST_F(ConvertedBlock, OfAnUnfinishedRunIsSaidToBe) {
   EXPECT_EQ(Convert("", {"--to", "colmap"}).out.find("has not ended"), std::string::npos);
   fs::create_directory(folder_ / "stages");

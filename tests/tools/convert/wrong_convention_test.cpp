@@ -54,6 +54,17 @@ std::string ByWords(const std::string& text,
   return changed;
 }
 
+// Not wrong: PAT-B files have it in either unit.
+TEST_F(WrongConvention, APrincipalDistanceInMicrometresIsUnderstood) {
+  const ExportCheck check = Changed(ExchangeFormat::kPatb, "patb.ori", [](const std::string& text) {
+    return ByWords(text, [](std::vector<std::string>* words) {
+      if (words->size() == 5 && words->front().find('.') == std::string::npos)
+        words->at(1) = std::to_string(std::stod(words->at(1)) * 1000);
+    });
+  });
+  EXPECT_TRUE(check.ok) << Verdict(check);
+}
+
 TEST_F(WrongConvention, AnglesInDegreesForGon) {
   ExpectNamed(Changed(ExchangeFormat::kBingo, "itera.dat",
                       [](const std::string& text) {

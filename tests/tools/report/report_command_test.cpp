@@ -35,6 +35,21 @@ TEST(ReportCommand, WritesPageAndGeopackageAndNamesThem) {
   EXPECT_EQ(out, paths);
 }
 
+TEST(ReportCommand, APatchDatabaseIsNotReplaced) {
+  const TemporaryFolder folder;
+  WriteExampleBlock(folder.Path());
+  std::ostringstream ignored;
+  ASSERT_EQ(RunProgram(MakeCommands(),
+                       {"patchdb", "create", folder / "block.gpkg", "--crs", "EPSG:32635"}, ignored,
+                       ignored),
+            0);
+  const std::string before = ReadFile(folder / "block.gpkg");
+  std::string out, err;
+  EXPECT_EQ(RunReport(folder.Path(), &out, &err), 1);
+  EXPECT_NE(err.find("block.gpkg is a patch database"), std::string::npos) << err;
+  EXPECT_EQ(ReadFile(folder / "block.gpkg"), before);
+}
+
 TEST(ReportCommand, SaysThatTheBlocksRunHasNotEnded) {
   const TemporaryFolder folder;
   WriteExampleBlock(folder.Path());

@@ -42,14 +42,14 @@ TEST(PageEntries, TellWhatIsWrong) {
   refused("[]", {"no JSON"});
   refused("{}", {"version"});
   refused(R"({"version": 1})", {"version is no text"});
-  refused(R"({"version": "v", "marks": 1})", {"marks is no list"});
+  refused(R"({"version": "v", "marks": 1})", {"marks is not a list"});
   refused(R"({"version": "v", "marks": [1]})", {"photo is missing"});
   refused(R"({"version": "v", "marks": [{"photo": "a", "mark": "1", "pixel": [1], "sigma": 1,
               "exact": false}]})",
           {"pixel must be 2 numbers"});
   refused(R"({"version": "v", "marks": [{"photo": "a", "mark": "1", "pixel": [1, "2"], "sigma": 1,
               "exact": false}]})",
-          {"pixel is no number"});
+          {"pixel is not a number"});
   refused(R"({"version": "v", "decisions": [{"photo": "a", "decision": "praise", "value": "",
               "reason": ""}]})",
           {"praise"});

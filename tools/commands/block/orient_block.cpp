@@ -6,7 +6,9 @@
 #include <ostream>
 
 #include "block/block.h"
+#include "block/inputs/block_files.h"
 #include "block/inputs/camera_library.h"
+#include "block/inputs/measurement_inputs.h"
 #include "block/part.h"
 #include "block/plan.h"
 #include "block/stages/exterior_stage.h"
@@ -72,6 +74,7 @@ class BlockCommand : public Command {
     if (!stage_.empty()) return RunStage(std::move(options), out);
     const std::string& directory = options.block.output_directory;
     options.resume = !overwrite_ && (resume_ || block::IsUnfinished(directory));
+    RequireInputsApart(options.block);
     RefuseToOverwrite(Results(options.block), overwrite_ || options.resume, "--resume");
     const bool has_control = FindControlOrCheckTheRest(&options);
     if (plan_ && !has_control) {
@@ -262,9 +265,25 @@ class BlockCommand : public Command {
     }
     for (const UnusablePhoto& photo : block.unusable)
       results.push_back(ExteriorResultPath(block.output_directory, photo.name));
-    // The tables may be of another block's photos.
-    for (const std::string& table : Tables(block.output_directory)) results.push_back(table);
+    // They may be of another block's photos, or a person's.
+    for (const std::string& file : block::FolderFiles(block.output_directory))
+      results.push_back(file);
     return results;
+  }
+
+  void RequireInputsApart(const BlockFile& block) const {
+    std::vector<std::string> inputs = block.photos;
+    for (const std::string& input :
+         {block_path_, block.camera, block.dem, block.patchdb, block.approximations})
+      inputs.push_back(input);
+    if (block.control) {
+      inputs.push_back(block.control->orientation);
+      inputs.push_back(block.control->dsm);
+    }
+    const std::string& out = block.output_directory;
+    RefuseToReplacePatches(out);
+    RefuseToReplaceInputs(block::FolderFiles(out), inputs);
+    RefuseToReplaceInputs(block::PhotoFiles(out, block::PhotoNames(block.photos)), inputs);
   }
 
   // Files that only the run of a whole block writes.

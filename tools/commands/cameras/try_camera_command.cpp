@@ -123,8 +123,10 @@ void TryCameraCommand::Setup(CLI::App& cameras) {
 
 ExitCode TryCameraCommand::Run(const std::string& library, std::ostream& out) const {
   RefuseToOverwrite({out_}, overwrite_);
-  const CameraFile camera =
-      ReadCameraFile(block::FindCameraFile(camera_, library_.empty() ? library : library_));
+  const std::string camera_file =
+      block::FindCameraFile(camera_, library_.empty() ? library : library_);
+  RefuseToReplaceInputs({out_}, {scan_path_, camera_file});
+  const CameraFile camera = ReadCameraFile(camera_file);
   if (camera.camera.kind == CameraKind::kDigital)
     throw InputError(camera_ + " is a digital camera, which has no fiducial marks to try");
   const interior::MarkShapes shapes = block::LoadMarkShapes(camera);

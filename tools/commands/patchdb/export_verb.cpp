@@ -90,6 +90,8 @@ class ExportVerb : public PatchdbVerb {
     std::vector<std::string> files;
     for (const std::string& file : {geojson_, csv_})
       if (!file.empty()) files.push_back(file);
+    if (files.size() == 2 && fs::weakly_canonical(files[0]) == fs::weakly_canonical(files[1]))
+      throw UsageError("--geojson and --csv name the same file, " + csv_);
     RefuseToOverwrite(files, overwrite_);
     RefuseToReplaceDatabase(files);
     const patchdb::PatchDatabase database =

@@ -94,6 +94,7 @@ TEST_F(CamerasCommandTest, WhatNewWritesTryReads) {
   Expect(New(arguments), 1, "--overwrite");
   Expect(Cameras({"try", camera_, scan_, "--out", folder_ / "try.png"}), 0, "used");
   EXPECT_EQ(Raster::Open(folder_ / "try.png").Height(), picture.Height());
+  Expect(Cameras({"try", camera_, scan_, "--out", scan_, "--overwrite"}), 1, "is an input");
 }
 
 TEST_F(CamerasCommandTest, MarksAreReadFromMeasurements) {

@@ -44,6 +44,8 @@ TEST_F(SharingVerbsTest, ExportsEveryForm) {
             2);
   EXPECT_EQ(RunOrient({"patchdb", "export", path_, "--csv", csv}).exit_code, 1);
   EXPECT_EQ(RunOrient({"patchdb", "export", path_}).exit_code, 1);
+  const std::string both = folder_ / "both.txt";
+  EXPECT_EQ(RunOrient({"patchdb", "export", path_, "--csv", both, "--geojson", both}).exit_code, 1);
 }
 
 TEST_F(SharingVerbsTest, MergeAndUpdateSayWhatTheyDid) {
