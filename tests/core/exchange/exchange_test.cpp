@@ -264,7 +264,7 @@ TEST(Asp, DocumentedExample) {
   EXPECT_DOUBLE_EQ(block.cameras[0].p[0], -0.000353613460) << "OpenCV's p2";
 }
 
-TEST(Metashape, ALabelWithACommaIsOneCellOfTheReferenceTable) {
+TEST(MetashapeFiles, ALabelWithACommaIsOneCellOfTheReferenceTable) {
   const TemporaryFolder folder;
   ExchangeBlock block;
   block.cameras.resize(1);

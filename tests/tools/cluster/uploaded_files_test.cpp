@@ -44,7 +44,7 @@ TEST(UploadedFiles, AnotherTextIsNoList) {
   EXPECT_TRUE(ReadUploadedFiles(files + "{}}", "list").complete);
   for (const std::string& text : others)
     ExpectError<InputError>([&] { ReadUploadedFiles(text, "s3://b/list"); },
-                            {"s3://b/list", "no list of an upload"});
+                            {"s3://b/list", "not a list of an upload"});
 }
 
 TEST(Store, IsWhatTakesObjects) {

@@ -73,6 +73,17 @@ class OrientOrtho : public ::testing::Test {
     return RunOrient(arguments);
   }
 
+  // As another run would: 5 m to the east, in all files.
+  void MoveWest() const {
+    ExteriorResult moved = ReadExteriorResult(ExteriorResultPath(folder_.Path(), "west"));
+    moved.pose->position_m.x() += 5;
+    WriteExteriorResult(folder_.Path(), moved);
+    OrientationTable table = table_;
+    for (OrientationRow& row : table.rows)
+      if (row.photo == "west") row.pose = *moved.pose;
+    WriteOrientationTable(Path("orientation.csv"), table);
+  }
+
   // The photo "west" as if developed flatter and darker.
   void DarkenWest() const {
     const CameraFile camera = ReadCameraFile(Path("camera.toml"));
@@ -124,6 +135,17 @@ TEST_F(OrientOrtho, MakesOrthophotosOfWhatIsOkAndNamesTheRest) {
   EXPECT_EQ(lines->GetMetadataItem("orient_ortho"), ProgramAndInputs(made));
   EXPECT_STREQ(lines->GetMetadataItem("orient_seamlines"), "nearest nadir");
   EXPECT_FALSE(Exists("report.html")) << "there was none";
+}
+
+TEST_F(OrientOrtho, APhotoWhoseFilesStateDifferentPosesIsLeftOut) {
+  MoveWest();
+  WriteOrientationTable(Path("orientation.csv"), table_);  // as before
+  const ProgramRun run = Run({"--gsd-m", "10"});
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_NE(run.out.find("west: orientation.csv and west.exterior.json state different poses"),
+            std::string::npos)
+      << run.out;
+  EXPECT_FALSE(fs::exists(Path("ortho/west.ortho.tif")));
 }
 
 TEST_F(OrientOrtho, NeitherItsDemNorAFileOfOthersIsReplaced) {
@@ -187,9 +209,7 @@ TEST_F(OrientOrtho, AMosaicOfOtherOrthophotosIsNamedByTheRunAndByTheReport) {
   Run({"--mosaic", "--gsd-m", "10"});
   EXPECT_FALSE(changes().Any());
   EXPECT_EQ(Run({"--gsd-m", "10", "--resume"}).out.find("note"), std::string::npos);
-  ExteriorResult moved = ReadExteriorResult(ExteriorResultPath(folder_.Path(), "west"));
-  moved.pose->position_m.x() += 5;
-  WriteExteriorResult(folder_.Path(), moved);
+  MoveWest();
   const ProgramRun run = Run({"--gsd-m", "10", "--resume"});
   EXPECT_NE(run.out.find("mosaic.tif was made from other orthophotos of west; --mosaic makes it"),
             std::string::npos)

@@ -337,6 +337,19 @@ TEST_F(ConvertedBlock, OfAnotherCrsThanItsPrjSaysIsRefused) {
   EXPECT_EQ(Convert("orientation.csv", {"--to", "colmap", "--crs", "EPSG:32635"}).exit_code, 0);
 }
 
+TEST_F(ConvertedBlock, WithResultsOfAnotherRunIsRefused) {
+  const OrientationTable table = ReadOrientationTable(folder_ / "orientation.csv");
+  ExteriorResult result;
+  result.photo = table.rows[0].photo;
+  result.status = Status::kOk;
+  result.pose = table.rows[0].pose;
+  WriteExteriorResult(folder_.Path(), result);
+  EXPECT_EQ(Convert("", {"--to", "colmap"}).exit_code, 0);
+  result.pose->position_m.x() += 0.01;
+  WriteExteriorResult(folder_.Path(), result);
+  ExpectRefused("", {"--to", "colmap"}, 2, {"state different poses of " + result.photo});
+}
+
 TEST_F(ConvertedBlock, IsNotWrittenOverItself) {
   EXPECT_EQ(Convert("", {"--to", "colmap"}).exit_code, 0);
   const std::string images = ReadFile(folder_ / "out/colmap/images.txt");

@@ -35,6 +35,19 @@ TEST(ReportCommand, WritesPageAndGeopackageAndNamesThem) {
   EXPECT_EQ(out, paths);
 }
 
+TEST(ReportCommand, PosesOfTwoRunsAreBadInput) {
+  const TemporaryFolder folder;
+  WriteExampleBlock(folder.Path());
+  const std::string path = ExteriorResultPath(folder.Path(), "4711");
+  ExteriorResult moved = ReadExteriorResult(path);
+  moved.pose->position_m.x() += 0.01;
+  WriteExteriorResult(folder.Path(), moved);
+  std::string out, err;
+  EXPECT_EQ(RunReport(folder.Path(), &out, &err), 2);
+  EXPECT_NE(err.find("state different poses of 4711"), std::string::npos) << err;
+  EXPECT_TRUE(std::filesystem::exists(folder / "report.html"));
+}
+
 TEST(ReportCommand, APatchDatabaseIsNotReplaced) {
   const TemporaryFolder folder;
   WriteExampleBlock(folder.Path());
