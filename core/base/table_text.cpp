@@ -17,6 +17,9 @@ namespace orient {
 TableText::TableText(std::string path) : path_(std::move(path)), text_(ReadFile(path_)) {
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   if (text_.starts_with(kByteOrderMark)) position_ = kByteOrderMark.size();
+  // A header in UTF-16 has a zero beside every letter.
+  if (text_.substr(0, text_.find('\n')).find('\0') != std::string::npos)
+    throw InputError(path_ + " is not a text in UTF-8 (UTF-16?); save it as UTF-8");
 }
 
 bool TableText::NextText(std::string* line) {

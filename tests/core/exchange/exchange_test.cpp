@@ -378,6 +378,10 @@ TEST(Ori, BlanksTabsAndCommasSeparate) {
 
 TEST(Exchange, BrokenFilesAreNamedByLineAndValue) {
   const TemporaryFolder folder;
+  for (const char* wrong : {"nan", "inf", "-INF", "1e999"}) {
+    WriteFileAtomically(folder / "orientation.ori", std::string("4711 1 2 ") + wrong + " 0 0 90\n");
+    ExpectError<InputError>([&] { ReadOri(folder.Path()); }, {"line 1", wrong});
+  }
   WriteFileAtomically(folder / "cameras.txt", "1 PINHOLE 3072 2304 2560.56 x 1536 1152\n");
   ExpectError<InputError>([&] { ReadColmap(folder.Path()); }, {"cameras.txt, line 1", "\"x\""});
   WriteFileAtomically(folder / "cameras.txt", "1 THIN_PRISM_FISHEYE 3072 2304 1 2 3\n");

@@ -70,6 +70,13 @@ TEST(OrientationTable, ACarriageReturnAloneEndsALineToo) {
   EXPECT_EQ(table.rows[1].pose.position_m, Eigen::Vector3d(4, 5, 6));
 }
 
+TEST(OrientationTable, Utf16IsRefusedByItsName) {
+  std::string wide;
+  for (const char c : kHeader) wide.append({c, '\0'});
+  ExpectRefused(wide, {"UTF-16", "UTF-8"});
+  ExpectRefused("\xFF\xFE" + wide, {"UTF-16", "UTF-8"});
+}
+
 TEST(OrientationTable, ColumnsAreFoundByNameInAnyOrderBesideOthers) {
   const OrientationTable table =
       ReadText("kappa,phi,omega,time,z,y,x,filename\n3,2,1,noon,30,20,10,p\n");

@@ -317,6 +317,13 @@ TEST_F(RasterTest, EmptyWindowOrEnlargementIsTheCallersFault) {
   EXPECT_THROW(raster.ReadGrey({0, 0, 5, 5}, 0.5), std::invalid_argument);
 }
 
+// Outside the image there is nothing to read, but memory is needed for it all the same.
+TEST_F(RasterTest, AWindowOfMoreThanHalfAGigabyteIsRefused) {
+  const Raster raster = Raster::Open(Write("ramp.tif", RampRecipe()));
+  EXPECT_THROW(raster.ReadGrey({0, 0, 1 << 14, (1 << 13) + 1}), InputError);
+  EXPECT_EQ(raster.ReadGrey({0, 0, 1 << 14, (1 << 13) + 1}, 1 << 10).image.width, 1 << 4);
+}
+
 TEST_F(RasterTest, ThreadsShareOneRaster) {
   RasterRecipe recipe = RampRecipe();
   recipe.options = {"COMPRESS=DEFLATE"};
