@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "core/base/error.h"
 #include "core/raster/band_raster.h"
 #include "core/raster/resample.h"
 #include "tests/core/raster/gdal_writer.h"
