@@ -109,10 +109,8 @@ class FlightIndex {
   }
 
   double Height(const OGRFeature& feature, const OGRPoint& point, const std::string& where) const {
-    const bool in_column = height_ >= 0 && feature.IsFieldSetAndNotNull(height_);
-    const double height = in_column           ? HeightInColumn(feature, where)
-                          : point.Is3D() != 0 ? point.getZ()
-                                              : std::nan("");
+    const std::optional<double> in_column = HeightInColumn(feature, where);
+    const double height = in_column ? *in_column : point.Is3D() != 0 ? point.getZ() : std::nan("");
     if (std::isfinite(height)) return height;
     if (heights_ == Heights::kMayBeAbsent) return std::nan("");
     throw InputError(where +
@@ -121,14 +119,17 @@ class FlightIndex {
                      "block file, or --flying-height-m of 'orient exterior'");
   }
 
-  // GDAL would make 0 of a text that is no number.
-  double HeightInColumn(const OGRFeature& feature, const std::string& where) const {
+  // Empty where the column says nothing. GDAL would make 0 of a text that is not a number.
+  std::optional<double> HeightInColumn(const OGRFeature& feature, const std::string& where) const {
+    if (height_ < 0 || !feature.IsFieldSetAndNotNull(height_)) return std::nullopt;
     if (feature.GetFieldDefnRef(height_)->GetType() != OFTString)
       return feature.GetFieldAsDouble(height_);
-    const std::string text(Trimmed(feature.GetFieldAsString(height_)));
-    double height = std::nan("");
+    std::string text(Trimmed(feature.GetFieldAsString(height_)));
+    if (text.empty()) return std::nullopt;
+    if (text.front() == '+') text.erase(0, 1);
+    double height = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), height);
-    if (!text.empty() && (error != std::errc() || end != text.data() + text.size()))
+    if (error != std::errc() || end != text.data() + text.size())
       throw InputError(
           fmt::format("{}: the height \"{}\" is not a number with a point as its "
                       "decimal mark",

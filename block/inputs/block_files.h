@@ -21,20 +21,24 @@ inline constexpr const char* kPatchesOverview = ".patches_overview.png";
 // The scan, small.
 inline constexpr const char* kThumbnail = ".thumbnail.png";
 
-// All that runs of interior orientation, exterior orientation and blocks write or remove in a
-// folder: the files that concern it as a whole, and what follows the photos' names.
-inline constexpr std::array kFolderFiles = {
-    "interior.csv",      "marks.csv",          "contact_sheet.png", "orientation.csv",
-    "orientation.prj",   "block_camera.toml",  "block.json",        kCalibratedCameraFile,
-    kPoseCovarianceFile, "control_points.csv", "block.gpkg",        "block.qgz",
-    "report.html",       "report.json",        "run.json",          kQuicklookFile,
-    kSeamsFile};
+// What runs write or remove in their folder: files that concern it as a whole, and what follows the
+// photos' names.
+inline constexpr std::array kInteriorFiles = {"interior.csv", "marks.csv", "contact_sheet.png",
+                                              "run.json"};
+inline constexpr std::array kExteriorFiles = {
+    "orientation.csv", "orientation.prj",     "block_camera.toml", "run.json", "block.json",
+    kQuicklookFile,    kCalibratedCameraFile, kPoseCovarianceFile, kSeamsFile};
+// A block's, beside those of the stages.
+inline constexpr std::array kBlockFiles = {"control_points.csv", "block.gpkg", "block.qgz",
+                                           "report.html"};
 inline constexpr std::array kPhotoFiles = {".interior.json", ".exterior.json", ".marks.png",
                                            ".patches.png",   kMarksOverview,   kPatchesOverview,
                                            kThumbnail};
 
 // Their paths; `photos`: names.
-std::vector<std::string> FolderFiles(const std::string& directory);
+std::vector<std::string> InteriorFiles(const std::string& directory);
+std::vector<std::string> ExteriorFiles(const std::string& directory);
+std::vector<std::string> BlockFiles(const std::string& directory);  // with those of the stages
 std::vector<std::string> PhotoFiles(const std::string& directory,
                                     const std::vector<std::string>& photos);
 

@@ -64,26 +64,43 @@ std::string NearestWord(std::string_view word, const std::vector<std::string_vie
 
 namespace {
 
+// The index after the text or comment that begins at `i` with a quotation mark or '#'.
+std::size_t EndOfText(const std::string& toml, std::size_t i) {
+  if (toml[i] == '#') return std::min(toml.find('\n', i), toml.size());
+  const char quote = toml[i];
+  const std::string three(3, quote);
+  const bool lines = toml.compare(i, 3, three) == 0;
+  for (std::size_t at = i + (lines ? 3 : 1); at < toml.size(); ++at) {
+    if (quote == '"' && toml[at] == '\\') {
+      ++at;  // what is escaped ends nothing
+    } else if (lines ? toml.compare(at, 3, three) == 0 : toml[at] == quote) {
+      at += lines ? 3 : 1;
+      while (lines && at < toml.size() && toml[at] == quote) ++at;  // of the text, before its end
+      return at;
+    } else if (!lines && toml[at] == '\n') {
+      return at;
+    }
+  }
+  return toml.size();
+}
+
 // The parser recurses along a dotted key: one with thousands of parts would end the program.
 void RefuseDeepKeys(const std::string& path, const std::string& text) {
   constexpr int kMostParts = 64;
-  int line = 1, dots = 0;
-  char within = 0;  // a quotation mark or, in a comment, '#'
-  for (std::size_t i = 0; i < text.size(); ++i) {
+  int dots = 0;
+  for (std::size_t i = 0; i < text.size();) {
     const char c = text[i];
-    if (c == '\n') ++line;
-    if (c == '\n' || (within == 0 && (c == '=' || c == '{' || c == ','))) dots = 0;
-    if (c == '\n')
-      within = 0;
-    else if (within == '"' && c == '\\')
-      ++i;  // what is escaped ends nothing
-    else if (within == 0 && (c == '"' || c == '\'' || c == '#'))
-      within = c;
-    else if (c == within && c != '#')
-      within = 0;
-    if (within == 0 && c == '.' && ++dots > kMostParts)
-      throw InputError(fmt::format("{}, line {}: a key of more than {} parts; check the file", path,
-                                   line, kMostParts));
+    if (c == '"' || c == '\'' || c == '#') {
+      i = EndOfText(text, i);
+      continue;
+    }
+    if (c == '\n' || c == '=' || c == '{' || c == ',') dots = 0;
+    if (c == '.' && ++dots > kMostParts)
+      throw InputError(fmt::format(
+          "{}, line {}: a key of more than {} parts; check the file", path,
+          1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(i), '\n'),
+          kMostParts));
+    ++i;
   }
 }
 

@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 #include "patchdb/store/geopackage_geometry.h"
 #include "patchdb/store/patch_blobs.h"
+#include "patchdb/store/patch_limits.h"
 #include "patchdb/store/row_values.h"
 
 namespace orient::patchdb {
@@ -44,8 +45,7 @@ void BindPixel(SQLite::Statement& statement, int index,
 
 std::optional<Eigen::Vector2d> PixelOf(const SQLite::Statement& row, int index) {
   if (row.getColumn(index).isNull() || row.getColumn(index + 1).isNull()) return std::nullopt;
-  return Eigen::Vector2d(RequiredNumberOf(row.getColumn(index)),
-                         RequiredNumberOf(row.getColumn(index + 1)));
+  return Eigen::Vector2d(row.getColumn(index).getDouble(), row.getColumn(index + 1).getDouble());
 }
 
 // Columns of the SELECT in patchdb/store/statements.h; those up to kChip are also the parameters of
@@ -102,8 +102,6 @@ void BindHeights(const Patch& patch, SQLite::Statement& statement) {
 
 // What a pixel or a cell may measure on the ground.
 constexpr double kLeastLength_m = 1e-5, kGreatestLength_m = 1e5;
-// Of a position or a height that says anything of where the patch is.
-constexpr double kGreatestSigma_m = 1000;
 // Horizontal displacement by an error of height: the tangent of how obliquely the patch was seen.
 constexpr double kGreatestEffect = 10;
 
@@ -115,8 +113,8 @@ StoredHeights HeightsOf(const SQLite::Statement& row) {
   if (row.getColumn(kHeights).isNull()) return {};
   StoredHeights heights{BytesOf(row.getColumn(kHeights)), row.getColumn(kHeightsSize).getInt(),
                         RequiredNumberOf(row.getColumn(kHeightsStep)),
-                        NumberOf(row.getColumn(kHeightsBase)),
-                        NumberOf(row.getColumn(kHeightsQuantum))};
+                        CheckedNumberOf(row.getColumn(kHeightsBase)),
+                        CheckedNumberOf(row.getColumn(kHeightsQuantum))};
   if (!IsBetween(heights.step_m, kLeastLength_m, kGreatestLength_m))
     throw InputError(fmt::format("its heights_step_m is {}", heights.step_m));
   if (heights.quantum_m && !(*heights.quantum_m > 0 && *heights.quantum_m <= kGreatestLength_m))
@@ -133,17 +131,17 @@ HeightGrid Unpacked(const StoredHeights& heights) {
 }
 
 void ReadQualities(const SQLite::Statement& row, Patch& patch) {
-  patch.roundness = NumberOf(row.getColumn(kRoundness));
-  patch.distinctness = NumberOf(row.getColumn(kDistinctness));
-  patch.second_peak_px = NumberOf(row.getColumn(kSecondPeak));
-  patch.persistence = NumberOf(row.getColumn(kPersistence));
-  patch.relief_px = NumberOf(row.getColumn(kRelief));
-  patch.lean_px = NumberOf(row.getColumn(kLean));
+  patch.roundness = CheckedNumberOf(row.getColumn(kRoundness));
+  patch.distinctness = CheckedNumberOf(row.getColumn(kDistinctness));
+  patch.second_peak_px = CheckedNumberOf(row.getColumn(kSecondPeak));
+  patch.persistence = CheckedNumberOf(row.getColumn(kPersistence));
+  patch.relief_px = CheckedNumberOf(row.getColumn(kRelief));
+  patch.lean_px = CheckedNumberOf(row.getColumn(kLean));
   if (!row.getColumn(kEnergyXx).isNull())
     patch.energy = {RequiredNumberOf(row.getColumn(kEnergyXx)),
                     RequiredNumberOf(row.getColumn(kEnergyXy)),
                     RequiredNumberOf(row.getColumn(kEnergyYy))};
-  patch.quality = NumberOf(row.getColumn(kQuality));
+  patch.quality = CheckedNumberOf(row.getColumn(kQuality));
 }
 
 void ReadLife(const SQLite::Statement& row, Patch& patch) {
@@ -178,7 +176,7 @@ PackedPatch PackedPatchOf(const SQLite::Statement& row) {
   packed.chip = BytesOf(row.getColumn(kChip));
   packed.heights = HeightsOf(row);
   patch.covariance_m2 = DecodeCovariance(BytesOf(row.getColumn(kCovariance)));
-  if (!(patch.covariance_m2.diagonal().maxCoeff() <= kGreatestSigma_m * kGreatestSigma_m))
+  if (!(patch.covariance_m2.diagonal().maxCoeff() <= kGreatestPatchSigma_m * kGreatestPatchSigma_m))
     throw InputError(fmt::format("its covariance is of {:g} m",
                                  std::sqrt(patch.covariance_m2.diagonal().maxCoeff())));
   if (!row.getColumn(kHeightEffect).isNull()) {
@@ -187,8 +185,8 @@ PackedPatch PackedPatchOf(const SQLite::Statement& row) {
       throw InputError(
           fmt::format("its height_effect is {:g}", patch.height_effect->cwiseAbs().maxCoeff()));
   }
-  patch.height_sigma_m = NumberOf(row.getColumn(kHeightSigma));
-  if (patch.height_sigma_m && !IsBetween(*patch.height_sigma_m, 0, kGreatestSigma_m))
+  patch.height_sigma_m = CheckedNumberOf(row.getColumn(kHeightSigma));
+  if (patch.height_sigma_m && !IsBetween(*patch.height_sigma_m, 0, kGreatestPatchSigma_m))
     throw InputError(fmt::format("its height_sigma_m is {}", *patch.height_sigma_m));
   ReadQualities(row, patch);
   ReadLife(row, patch);
@@ -220,6 +218,9 @@ void CheckPatch(const Patch& patch) {
     throw std::invalid_argument("a patch's bits are 8 or 16");
   if (!patch.ground_m.allFinite() || !patch.covariance_m2.allFinite() || !(patch.gsd_m > 0))
     throw std::invalid_argument("a patch needs a finite position, covariance and pixel size");
+  const double most_m2 = kGreatestPatchSigma_m * kGreatestPatchSigma_m;
+  if (patch.covariance_m2.diagonal().maxCoeff() > most_m2)
+    throw std::invalid_argument("a patch's sigma is at most 10 km");
   const HeightGrid& heights = patch.heights;
   const auto nodes =
       static_cast<std::size_t>(heights.size) * static_cast<std::size_t>(heights.size);

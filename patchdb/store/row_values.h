@@ -23,9 +23,15 @@ inline double RequiredNumberOf(const SQLite::Column& column) {
   return column.getDouble();
 }
 
-inline std::optional<double> NumberOf(const SQLite::Column& column) {
+inline std::optional<double> CheckedNumberOf(const SQLite::Column& column) {
   if (column.isNull()) return std::nullopt;
   return RequiredNumberOf(column);
+}
+
+// As SQLite takes it, for lists, which show damaged rows too.
+inline std::optional<double> NumberOf(const SQLite::Column& column) {
+  if (column.isNull()) return std::nullopt;
+  return column.getDouble();
 }
 
 inline std::optional<std::string> TextOf(const SQLite::Column& column) {

@@ -31,6 +31,7 @@ class Kills:
         self.world.renew(self.command)
         done = self.world.run(self.words, injector, told=folder)
         assert done.returncode == 0, done.stderr
+        assert not (folder / "unflushed").read_text(), (folder / "unflushed").read_text()
         self.calls = dict(map(str.split, (folder / "calls").read_text().splitlines()))
         self.expected = self.world.result()
 

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "block/inputs/block_files.h"
 #include "block/inputs/digest.h"
 #include "core/base/atomic_write.h"
 #include "core/base/open_dataset.h"
@@ -88,6 +89,21 @@ TEST_F(BadPhoto, DamagedScanReplacedByASoundOneThatLooksTheSameIsReadOnResume) {
   EXPECT_EQ(ReadExteriorResult(ExteriorResultPath(Path("out"), "new_1_2")).status, Status::kOk);
 }
 
+// Otherwise a file of its name would be replaced unasked.
+TEST_F(BadPhoto, EveryFileOfABlocksFolderIsListed) {
+  Edit("block.toml", "[output]\n", "[ortho]\n[output]\n");
+  const ProgramRun run = Block({"--quicklook"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.out.find("has not ended"), std::string::npos) << run.out;
+  std::vector<std::string> listed = block::BlockFiles(Path("out"));
+  for (const std::string& file : block::PhotoFiles(Path("out"), {"new_1_1", "new_1_2"}))
+    listed.push_back(file);
+  for (const auto& entry : fs::directory_iterator(Path("out"))) {
+    if (!entry.is_regular_file()) continue;
+    EXPECT_NE(std::find(listed.begin(), listed.end(), entry.path()), listed.end()) << entry.path();
+  }
+}
+
 // Files that the run would replace by, or remove as, its own.
 TEST_F(BadInput, WhatARunReadsIsNeverReplaced) {
   fs::create_directory(Path("out"));
@@ -107,6 +123,23 @@ TEST_F(BadInput, WhatARunReadsIsNeverReplaced) {
   expect_kept("camera.toml", "camera", "block_camera.toml");
   expect_kept("approx.csv", "approximations", "orientation.csv");
   expect_kept("patches.gpkg", "patchdb", "block.gpkg");
+  Write("out/marks.csv", "photo,mark,col,row,sigma\n");
+  Write("block.toml", "measurements = \"out\"\n" + ReadFile(Path("block.toml")));
+  ExpectRefused(Block({"--overwrite"}), 1, {Path("out/marks.csv"), "is an input"});
+  fs::remove(Path("out/marks.csv"));
+  Edit("block.toml", "measurements = \"out\"\n", "");
+  fs::copy(Path("camera.toml"), Path("out/block_camera.toml"));
+  ExpectRefused(
+      RunOrient({"exterior", Path("scans/new_1_2.tif"), "--camera", Path("out/block_camera.toml"),
+                 "--approximations", Path("approx.csv"), "--dem", Path("dem.tif"), "--patchdb",
+                 Path("patches.gpkg"), "--out", Path("out"), "--overwrite"}),
+      1, {Path("out/block_camera.toml"), "is an input"});
+  fs::remove(Path("out/block_camera.toml"));
+  fs::copy(Path("scans/new_1_2.tif"), Path("out/contact_sheet.png"));
+  ExpectRefused(RunOrient({"interior", Path("out/contact_sheet.png"), "--camera", "auto", "--out",
+                           Path("out")}),
+                1, {Path("out/contact_sheet.png"), "is an input"});
+  fs::remove(Path("out/contact_sheet.png"));
   Write("out/control_points.csv", "a surveyor's");
   ExpectRefused(Block(), 1, {Path("out/control_points.csv"), "exists already"});
   EXPECT_EQ(ReadFile(Path("out/control_points.csv")), "a surveyor's");

@@ -119,9 +119,10 @@ def work(asked, start, number):
     for name in [asked.only] if asked.only else World(asked.orient, start, start).commands(1):
         cases = Cases(World(asked.orient, start, start.parent / f"here{number}"), asked.injector, name,
                       asked.threads, number)
-        for line in cases.unflushed:
-            print(f"{name}: {line}", flush=True)
-        wrong += len(cases.unflushed)
+        if number == 0:
+            for line in cases.unflushed:
+                print(f"{name}: {line}", flush=True)
+            wrong += len(cases.unflushed)
         for kind in [asked.kind] if asked.kind else KINDS:
             codes = collections.Counter()
             for at in [asked.at] if asked.at else cases.chosen(kind, asked):

@@ -66,7 +66,7 @@ struct Plan {
   Kind kind = kNone;
   long at = 0;
   bool on = false;
-  bool tells_places = false;
+  bool tells_places = false, tells_losses = false;
   const char* folder = nullptr;
 };
 
@@ -98,6 +98,13 @@ struct Unflushed {
     const std::lock_guard lock(mutex);
     files.erase(IdOf(status));
     folders.erase(IdOf(status));
+  }
+  // Its inode may become another file's.
+  void Removed(const char* path) {
+    struct stat status {};
+    if (lstat(path, &status) != 0 || status.st_nlink > 1) return;
+    const std::lock_guard lock(mutex);
+    files.erase(IdOf(status));
   }
   void Renamed(const char* to) {
     struct stat file {
@@ -211,17 +218,17 @@ FILE* OpenStream(const Open& open, const char* path, const char* mode) {
 }
 
 void NoteWriting(int file) {
-  if (WatchOf(file) != kNot) Losses().Wrote(file);
+  if (plan.tells_losses && WatchOf(file) != kNot) Losses().Wrote(file);
 }
 
 int Flush(int file) {
   if (FailsWriting(WatchOf(file) != kNot)) return -1;
-  Losses().Flushed(file);
+  if (plan.tells_losses) Losses().Flushed(file);
   return 0;
 }
 
 int NoteRename(int result, const char* to) {
-  if (result == 0 && Below(to)) Losses().Renamed(to);
+  if (plan.tells_losses && result == 0 && Below(to)) Losses().Renamed(to);
   return result;
 }
 
@@ -239,6 +246,7 @@ __attribute__((constructor)) void Read() {
   plan.at = at == nullptr ? 0 : std::atol(at);
   plan.on = on != nullptr && on[0] == '1';
   plan.tells_places = std::getenv("ORIENT_FAULT_PLACES") != nullptr;
+  plan.tells_losses = std::getenv("ORIENT_FAULT_UNFLUSHED") != nullptr;
   if (kind == nullptr) return;
   for (size_t i = 0; i < kNames.size(); ++i)
     if (std::strcmp(kind, kNames[i]) == 0) plan.kind = static_cast<Kind>(i);
@@ -392,6 +400,7 @@ int flock(int file, int operation) {
 
 int unlink(const char* path) {
   if (Below(path) && IsTurn(kKill)) kill(getpid(), SIGKILL);
+  if (plan.tells_losses && Below(path)) Losses().Removed(path);
   return REAL(unlink)(path);
 }
 

@@ -195,7 +195,7 @@ class World:
             copy(self.start / name, self.here / name)
 
     def run(self, words, injector=None, kind="none", at=0, on=False, told=None, cpus=(0,)):
-        """`told`: folder for what the injector counts: `calls`, `places` and `unflushed` files."""
+        """`told`: folder in which the injector leaves `calls`, `places` and `unflushed`."""
         environment = dict(os.environ)
         if injector:
             environment |= {"LD_PRELOAD": str(injector), "ORIENT_FAULT_FOLDER": str(self.here),

@@ -3,7 +3,8 @@
 
     mutate.py MODULE|NAME ...   makes mutants (all of a module, or those whose name contains the
                                 text), one at a time, and shows which test kills each; known results
-                                are reused as long as the mutated source and the name are unchanged
+                                are reused as long as the mutated source, the name and the list of
+                                tests are unchanged
     mutate.py --all             all of them
     mutate.py --part K/N ...    of those chosen, the K-th, the (K+N)-th and so on, in a copy of the
                                 sources of their own: parts may run side by side
@@ -104,7 +105,8 @@ def needed(test):
 
 
 def digest_of(mutant):
-    return hashlib.sha256(json.dumps([mutated(mutant), mutant["name"]]).encode()).hexdigest()
+    what = [mutated(mutant), mutant["name"], TESTS[mutant["room"]]]
+    return hashlib.sha256(json.dumps(what).encode()).hexdigest()
 
 
 class Copy:
@@ -152,7 +154,7 @@ class Copy:
             script, built, options = SCRIPTS[test]
             code = self.run([sys.executable, self.sources / "tests" / script, self.tree / "orient",
                              *(self.tree / name for name in built), *options], log, MOST_SECONDS)
-            return "" if code == 0 else test
+            return "" if code == 0 else test + (" hangs" if code is None else "")
         if not test.startswith("test_"):
             code = self.run([self.tree / f"tests/fuzz/{test}", self.sources / "tests/fuzz/corpus"],
                             log, MOST_SECONDS)

@@ -9,6 +9,7 @@
 #include "block/block_folder.h"
 #include "block/inputs/block_camera.h"
 #include "block/inputs/block_files.h"
+#include "block/inputs/measurement_inputs.h"
 #include "block/pictures/scan_overview.h"
 #include "block/stages/exterior_inputs.h"
 #include "block/stages/exterior_stage.h"
@@ -17,6 +18,7 @@
 #include "core/base/output_directory.h"
 #include "core/base/side_by_side.h"
 #include "core/raster/raster.h"
+#include "tools/commands/shared_options.h"
 #include "tools/convert/write_exports.h"
 #include "tools/report/block_record.h"
 #include "tools/report/gis/block_geopackage.h"
@@ -25,11 +27,6 @@
 namespace orient {
 namespace {
 namespace fs = std::filesystem;
-
-// Files of a photo in the output folder.
-constexpr const char* kPhotoFiles[] = {
-    ".exterior.json",      ".interior.json",        ".patches.png",   ".marks.png",
-    block::kMarksOverview, block::kPatchesOverview, block::kThumbnail};
 
 std::optional<block::Quicklook> MakeQuicklook(const BlockFile& block,
                                               const block::OrientedBlock& oriented) {
@@ -140,7 +137,7 @@ std::optional<Finding> SetOtherPhotosAside(const BlockFile& block) {
   const block::ResultStore stage =
       block::ExteriorStore(block::StageDirectory(block.output_directory, "exterior"));
   for (const std::string& photo : others) {
-    for (const char* file : kPhotoFiles)
+    for (const char* file : block::kPhotoFiles)
       fs::rename(out / (photo + file), aside / (photo + file), ignored);
     stage.Drop(photo);  // a photo that comes back is oriented, and drawn, again
   }
@@ -180,6 +177,28 @@ std::optional<block::Quicklook> WriteBlockOutputs(const BlockFile& block, bool q
   WriteBlockReport(block, result);
   WriteExportsTo(block, &result);
   return pictures;
+}
+
+void RequireInputsApart(const BlockFile& block, const std::string& path) {
+  std::vector<std::string> inputs = block.photos;
+  for (const std::string& input :
+       {path, block.camera, block.dem, block.patchdb, block.approximations, block.gnss.positions})
+    inputs.push_back(input);
+  for (const std::string& file : MeasurementFiles(block.measurements)) inputs.push_back(file);
+  if (const auto& control = block.control)
+    for (const std::string& input : {control->camera, control->orientation, control->dsm})
+      inputs.push_back(input);
+  const std::string& out = block.output_directory;
+  RefuseToReplacePatches(out);
+  RefuseToReplaceInputs(block::BlockFiles(out), inputs);
+  RefuseToReplaceInputs(block::PhotoFiles(out, block::PhotoNames(block.photos)), inputs);
+  if (!block.ortho) return;
+  std::vector<std::string> made;  // orthophotos, and what goes with the mosaic
+  for (const std::string& photo : block::PhotoNames(block.photos))
+    made.push_back((fs::path(out) / "ortho" / (photo + ".ortho.tif")).string());
+  for (const char* file : {"mosaic.tif", "mosaic_tones.csv", "seamlines.gpkg"})
+    made.push_back((fs::path(out) / "ortho" / file).string());
+  RefuseToReplaceInputs(made, inputs);
 }
 
 }  // namespace orient

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "block/block.h"
 #include "block/pictures/quicklook.h"
@@ -14,6 +15,10 @@ namespace orient {
 // block. Throws InputError for an export that cannot be made, when all else is written.
 std::optional<block::Quicklook> WriteBlockOutputs(const BlockFile& block, bool quicklook,
                                                   block::OrientedBlock* oriented);
+
+// Throws UsageError where a block's run would replace or remove a file that it reads, or the folder
+// holds a patch database named block.gpkg. `path`: the block file's.
+void RequireInputsApart(const BlockFile& block, const std::string& path);
 
 // report.html alone: anew, when there are orthophotos to show.
 void WriteBlockReport(const BlockFile& block, const block::OrientedBlock& oriented);

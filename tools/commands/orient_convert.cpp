@@ -174,8 +174,12 @@ class ConvertCommand : public Command {
         throw UsageError("--images needs Orient's own results as INPUT");
       images_ = ExpandPhotos(images_, "");
       for (const std::string& scan : images_) results.push_back(ImagePath(scan));
+      results.push_back((fs::path(out_) / "images" / "camera.toml").string());
     }
-    RefuseToReplaceInputs(results, {source_.input, FolderOf(source_.input), source_.camera});
+    std::vector<std::string> inputs = images_;
+    inputs.push_back(source_.input);
+    inputs.push_back(source_.camera);
+    RefuseToReplaceInputs(results, inputs);
     RefuseToOverwrite(results, overwrite_);
   }
 

@@ -127,7 +127,9 @@ class ExteriorCommand : public Command {
     for (const std::string& input :
          {options.camera, options.dem, options.patchdb, options.approximations})
       inputs.push_back(input);
-    RefuseToReplaceInputs(block::FolderFiles(options.out), inputs);
+    for (const std::string& file : MeasurementFiles(options.measurements.folder))
+      inputs.push_back(file);
+    RefuseToReplaceInputs(block::ExteriorFiles(options.out), inputs);
     RefuseToReplaceInputs(block::PhotoFiles(options.out, block::PhotoNames(options.photos)),
                           inputs);
     std::vector<std::string> results = {path("orientation.csv"), path("block_camera.toml")};

@@ -114,7 +114,9 @@ class InteriorCommand : public Command {
   void RefuseToReplace(const block::InteriorRunOptions& options) const {
     std::vector<std::string> inputs = options.photos;
     if (camera_ != block::kAutoCamera) inputs.push_back(options.camera);
-    RefuseToReplaceInputs(block::FolderFiles(options.out), inputs);
+    for (const std::string& file : MeasurementFiles(options.measurements.folder))
+      inputs.push_back(file);
+    RefuseToReplaceInputs(block::InteriorFiles(options.out), inputs);
     RefuseToReplaceInputs(block::PhotoFiles(options.out, block::PhotoNames(options.photos)),
                           inputs);
     std::vector<std::string> paths;

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <ostream>
 
+#include "block/block_folder.h"
 #include "block/inputs/camera_library.h"
 #include "core/base/error.h"
 #include "core/files/adjustment_result.h"
@@ -87,6 +88,8 @@ class OrthoCommand : public Command {
     BoundBlockCache(kCache_MB);
     Prepare();
     if (!options_.plan) options_.inputs = Inputs();
+    if (const auto note = block::UnfinishedNote(FolderOf(options_.source.poses)))
+      out << "note      " << *note << "\n";
     const bool all = MakeOrthophotos(options_, out);
     if (options_.plan) return all ? ExitCode::kAllDone : ExitCode::kSomeNotOriented;
     RecordRun(Invoked(), options_.out, "ortho", options_.inputs);

@@ -64,13 +64,13 @@ ortho::OrientedPhoto FromResult(const Shared& shared, const std::string& scan) {
   const block::BlockPhotoFile photo =
       block::ReadBlockPhoto(scan, result, shared.camera, shared.marks, shared.interior);
   const Status status = photo.exterior.status;
+  const std::string why = JoinedSentences(photo.exterior.findings);
+  if (!photo.HasPose() || status == Status::kFailed)
+    throw InputError("is not oriented: " + (why.empty() ? result + " has no pose" : why));
   if (const OrientationRow* row = shared.table.Find(name)) {
     const std::string problem = block::PoseContradiction(*row, photo.exterior);
     if (!problem.empty()) throw InputError(problem);
   }
-  const std::string why = JoinedSentences(photo.exterior.findings);
-  if (!photo.HasPose() || status == Status::kFailed)
-    throw InputError("is not oriented: " + (why.empty() ? result + " has no pose" : why));
   if (status == Status::kWeak && !shared.source.weak)
     throw InputError("is weak (--weak includes it): " + why);
   return {name, scan,          photo.ViewOfResult(shared.camera.camera), photo.exterior.covariance,

@@ -9,7 +9,6 @@
 #include <ostream>
 #include <utility>
 
-#include "block/block_folder.h"
 #include "block/inputs/approximations.h"
 #include "block/inputs/block_files.h"
 #include "block/plan.h"
@@ -27,7 +26,6 @@
 #include "tools/commands/command.h"
 #include "tools/commands/progress.h"
 #include "tools/commands/shared_options.h"
-#include "tools/convert/convert_source.h"
 #include "tools/report/figures/ortho_figures.h"
 
 namespace orient {
@@ -40,8 +38,6 @@ class OrthoRun {
 
   bool Do(std::ostream& out) {
     const OrthoPhotos found = ReadOrthoPhotos(options_.source);
-    if (const auto note = block::UnfinishedNote(FolderOf(options_.source.poses)))
-      out << "note      " << *note << "\n";
     for (const std::string& why : found.left_out) out << "left out  " << why << "\n";
     if (found.photos.empty()) throw InputError("no photo to make an orthophoto of");
     RefuseToReplace(found);

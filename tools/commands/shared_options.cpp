@@ -144,15 +144,28 @@ void RefuseToReplaceInputs(const std::vector<std::string>& results,
   Places places;
   std::set<std::string> written;
   for (const std::string& result : results) written.insert(places.Of(result));
+  const auto in_written = [&](fs::path path) {
+    for (; path.has_relative_path(); path = path.parent_path())
+      if (written.contains(path.string())) return true;
+    return false;
+  };
   for (const std::string& input : inputs) {
     if (input.empty()) continue;
     std::error_code error;
-    const std::string target = fs::canonical(input, error).string();  // of a link
-    if (written.contains(places.Of(input)) || (!error && written.contains(target)))
+    const fs::path target = fs::canonical(input, error);  // of a link
+    if (in_written(places.Of(input)) || (!error && in_written(target)))
       throw UsageError(input +
                        " is an input of this run, and would be replaced by a result of this name; "
                        "choose another folder for the results, or rename it");
   }
+}
+
+std::vector<std::string> MeasurementFiles(const std::string& folder) {
+  std::vector<std::string> files;
+  if (folder.empty()) return files;
+  for (const char* file : {kMarksFile, kImagePointsFile, kPointsFile, kDecisionsFile})
+    files.push_back((fs::path(folder) / file).string());
+  return files;
 }
 
 void RefuseToReplacePatches(const std::string& directory) {

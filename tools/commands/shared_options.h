@@ -71,9 +71,12 @@ void RefuseToOverwrite(const std::vector<std::string>& results, bool overwrite,
                        const std::string& alternative = "");
 
 // Throws UsageError naming the first of `inputs`, files or folders, that is one of `results`, which
-// the run writes or removes: neither --overwrite nor --resume is meant for it.
+// the run writes or removes, or lies in it: neither --overwrite nor --resume is meant for it.
 void RefuseToReplaceInputs(const std::vector<std::string>& results,
                            const std::vector<std::string>& inputs);
+
+// The four files of such a folder (core/measurements), there or not; none where it is empty.
+std::vector<std::string> MeasurementFiles(const std::string& folder);
 
 // Throws UsageError where block.gpkg in the folder is a patch database: the block's own GeoPackage
 // would replace it.

@@ -157,6 +157,12 @@ TEST_F(Approximations, AHeightMayBeWrittenAsTextAndMustBeANumberThen) {
     return Read(Write("flight.geojson",
                       GeoJson("[27.0, 0.0]", R"({"name": "4711", "z": ")" + height + "\"}")));
   };
+  EXPECT_EQ(read("+2400.5").rows.at(0).pose.position_m.z(), 2400.5);
+  EXPECT_EQ(
+      Read(Write("flight.geojson", GeoJson("[27.0, 0.0, 900.0]", R"({"name": "4711", "z": " "})")))
+          .rows.at(0)
+          .pose.position_m.z(),
+      900);
   EXPECT_EQ(read(" 2400.5").rows.at(0).pose.position_m.z(), 2400.5);
   for (const char* wrong : {"n/a", "1 500", "2400,5"})
     ExpectError<InputError>([&] { read(wrong); }, {"flight.geojson", wrong, "not a number"});

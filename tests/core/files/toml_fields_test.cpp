@@ -27,6 +27,13 @@ TEST(ParseTomlFile, DotsInCommentsAndTextsAreNoKeys) {
   WriteFileAtomically(folder / "a.toml", "# it's a rule " + dots + "\na = 1  # \"" + dots +
                                              "\nb = \"\\\"" + dots + "\"\n[c.d]\n");
   EXPECT_EQ(ParseTomlFile(folder / "a.toml").size(), 3u);
+  WriteFileAtomically(folder / "b.toml",
+                      "a = \"\"\"\n" + dots + "\n# \"\"\"\"\nb = '''" + dots + "'''\n");
+  EXPECT_EQ(ParseTomlFile(folder / "b.toml").size(), 2u);
+  std::string key = "b";
+  for (int i = 0; i < 200000; ++i) key += ".c";
+  WriteFileAtomically(folder / "c.toml", "a = {x = \"\"\"\n\"\"\", " + key + " = 1}\n");
+  ExpectError<InputError>([&] { ParseTomlFile(folder / "c.toml"); }, {"line 2", "64 parts"});
 }
 
 TEST(NearestWord, ATypoFindsItsKey) {

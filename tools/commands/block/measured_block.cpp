@@ -6,6 +6,7 @@
 
 #include "block/block_by_measurements.h"
 #include "block/inputs/block_camera.h"
+#include "block/inputs/block_files.h"
 #include "block/stages/exterior_stage.h"
 #include "block/verdict/adjustment_summary.h"
 #include "block/verdict/calibrated_camera.h"
@@ -69,7 +70,7 @@ void RefuseFalseScaleOf(const BlockFile& block, const block::MeasuredBlockInputs
 
 ExitCode AdjustMeasuredBlock(const BlockFile& block, bool overwrite, std::ostream& out) {
   const std::string& directory = block.output_directory;
-  RefuseToOverwrite({block::PoseTablePath(directory), AdjustmentResultPath(directory)}, overwrite);
+  RefuseToOverwrite(block::BlockFiles(directory), overwrite);
   CameraFile camera = ReadCameraFile(block.camera);
   const Measurements measured = ReadMeasurements(block.measurements);
   const block::PosesKnown known = block::ReadPosesKnown(block, measured);

@@ -8,7 +8,6 @@
 #include "block/block.h"
 #include "block/inputs/block_files.h"
 #include "block/inputs/camera_library.h"
-#include "block/inputs/measurement_inputs.h"
 #include "block/part.h"
 #include "block/plan.h"
 #include "block/stages/exterior_stage.h"
@@ -67,6 +66,7 @@ class BlockCommand : public Command {
     options.block.camera = block::FindCameraFile(options.block.camera, library_);
     RequireOptionsTogether(options.block);
     if (status_) return PrintStatus(options.block, out);
+    RequireInputsApart(options.block, block_path_);
     if (options.block.ByMeasurementsAlone())
       return AdjustMeasuredBlock(options.block, overwrite_ || resume_, out);
     options.learn = learn_;
@@ -74,7 +74,6 @@ class BlockCommand : public Command {
     if (!stage_.empty()) return RunStage(std::move(options), out);
     const std::string& directory = options.block.output_directory;
     options.resume = !overwrite_ && (resume_ || block::IsUnfinished(directory));
-    RequireInputsApart(options.block);
     RefuseToOverwrite(Results(options.block), overwrite_ || options.resume, "--resume");
     const bool has_control = FindControlOrCheckTheRest(&options);
     if (plan_ && !has_control) {
@@ -218,6 +217,12 @@ class BlockCommand : public Command {
     return ExitCode::kAllDone;
   }
 
+  [[noreturn]] static void ThrowWithoutOrthophotos(const BlockFile& block,
+                                                   const std::exception& error) {
+    throw InputError(fmt::format("the block is done and written to {}, but not its orthophotos: {}",
+                                 block.output_directory, error.what()));
+  }
+
   void MakeOrthophotosOf(const BlockFile& block, std::ostream& out) const {
     if (!block.ortho) return;
     out << "\n";
@@ -239,10 +244,10 @@ class BlockCommand : public Command {
     try {
       MakeOrthophotos(run, out);
       RecordRun(Invoked(), run.out, "ortho", run.inputs);
+    } catch (const UsageError& error) {
+      ThrowWithoutOrthophotos(block, error);
     } catch (const InputError& error) {
-      throw InputError(
-          fmt::format("the block is done and written to {}, but not its orthophotos: {}",
-                      block.output_directory, error.what()));
+      ThrowWithoutOrthophotos(block, error);
     }
   }
 
@@ -266,24 +271,9 @@ class BlockCommand : public Command {
     for (const UnusablePhoto& photo : block.unusable)
       results.push_back(ExteriorResultPath(block.output_directory, photo.name));
     // They may be of another block's photos, or a person's.
-    for (const std::string& file : block::FolderFiles(block.output_directory))
+    for (const std::string& file : block::BlockFiles(block.output_directory))
       results.push_back(file);
     return results;
-  }
-
-  void RequireInputsApart(const BlockFile& block) const {
-    std::vector<std::string> inputs = block.photos;
-    for (const std::string& input :
-         {block_path_, block.camera, block.dem, block.patchdb, block.approximations})
-      inputs.push_back(input);
-    if (block.control) {
-      inputs.push_back(block.control->orientation);
-      inputs.push_back(block.control->dsm);
-    }
-    const std::string& out = block.output_directory;
-    RefuseToReplacePatches(out);
-    RefuseToReplaceInputs(block::FolderFiles(out), inputs);
-    RefuseToReplaceInputs(block::PhotoFiles(out, block::PhotoNames(block.photos)), inputs);
   }
 
   // Files that only the run of a whole block writes.

@@ -21,6 +21,7 @@
 #include "tools/cluster/measured_job.h"
 #include "tools/cluster/store_object.h"
 #include "tools/commands/block_control.h"
+#include "tools/commands/block_outputs.h"
 #include "tools/commands/commands.h"
 #include "tools/commands/shared_options.h"
 
@@ -102,6 +103,7 @@ class SlurmCommand : public Command {
     jobs_.overwrite = overwrite_;
     constexpr int kRoundsOfStrips = 3;
     jobs_.rounds = rounds_.value_or(block.flight.Empty() ? 1 : kRoundsOfStrips);
+    RequireInputsApart(block, block_path_);
     RefuseToOverwrite(JobScriptPaths(jobs_), overwrite_);
     AskFor(&block, out);
     for (const std::string& path : WriteJobScripts(jobs_)) out << path << "\n";

@@ -9,6 +9,7 @@
 
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
+#include "patchdb/store/patch_limits.h"
 
 namespace orient {
 namespace {
@@ -74,6 +75,8 @@ patchdb::ControlPoint PointOf(const Lines& lines, const std::vector<std::string>
     point.sigma_m[i] = lines.Number(cells[static_cast<std::size_t>(4 + i)]);
   }
   if (!(point.sigma_m.minCoeff() > 0)) lines.Fail("a sigma must be positive");
+  if (!(point.sigma_m.maxCoeff() <= patchdb::kGreatestPatchSigma_m))
+    lines.Fail(fmt::format("a sigma is at most {:.0f} m", patchdb::kGreatestPatchSigma_m));
   return point;
 }
 

@@ -167,6 +167,7 @@ class ReviewCommand : public Command {
     options.block.camera = block::FindCameraFile(options.block.camera, library_);
     if (!FindBlockControl(library_, &options.block))
       throw InputError(options.block.patchdb + " is not there: run orient block first");
+    RequireInputsApart(options.block, block_path_);
     options.block.measurements = HasNoEntries() ? "" : measurements_;
     options.learn = learn_;
     options.jobs = jobs_;

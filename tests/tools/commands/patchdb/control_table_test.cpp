@@ -33,9 +33,9 @@ TEST(ControlTable, RowsOfOnePointAreItsMeasurements) {
 
 TEST(ControlTable, MistakesNameFileAndLine) {
   const TemporaryFolder folder;
-  for (const char* rows :
-       {"A,1,2,3,0.1,0.1,0.1,p,5\n", "A,1,2,x,0.1,0.1,0.1,p,5,6\n", "A,1,2,3,0,0.1,0.1,p,5,6\n",
-        "A,1,2,nan,0.1,0.1,0.1,p,5,6\n", ",1,2,3,0.1,0.1,0.1,p,5,6\n"}) {
+  for (const char* rows : {"A,1,2,3,0.1,0.1,0.1,p,5\n", "A,1,2,x,0.1,0.1,0.1,p,5,6\n",
+                           "A,1,2,3,0,0.1,0.1,p,5,6\n", "A,1,2,3,0.1,0.1,99999,p,5,6\n",
+                           "A,1,2,nan,0.1,0.1,0.1,p,5,6\n", ",1,2,3,0.1,0.1,0.1,p,5,6\n"}) {
     try {
       Read(folder, rows);
       FAIL() << rows;
