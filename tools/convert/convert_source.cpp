@@ -120,7 +120,13 @@ void RequireOneCamera(const OrientationTable& table, const std::string& path) {
       path, table.cameras.size(), fmt::join(table.cameras, ", ")));
 }
 
-void RequireTheCamerasPrincipalDistance(const ExteriorResult& exterior, const std::string& path) {
+// Throws InputError where the result, of the file `path`, does not belong to the table's row.
+void RequireOfThisRun(const ExteriorResult& exterior, const OrientationRow& row,
+                      const std::string& path, const std::string& table) {
+  // A table of another name beside the results holds poses of a person's own.
+  const bool same_run = fs::path(table).filename() == "orientation.csv";
+  const std::string problem = same_run ? block::PoseContradiction(row, exterior) : "";
+  if (!problem.empty()) throw InputError(fmt::format("{}: {}", table, problem));
   if (exterior.principal_distance)
     throw InputError(
         fmt::format("{}: the photo's principal distance was estimated with its pose ({:g} mm); "
@@ -214,13 +220,7 @@ ConvertSource ReadOrientResults(const ConvertSourceOptions& options) {
     const std::string path = ExteriorResultPath(folder, row.photo);
     std::optional<ExteriorResult> exterior;
     if (fs::exists(path)) exterior = ReadExteriorResult(path);
-    if (exterior) {
-      RequireTheCamerasPrincipalDistance(*exterior, path);
-      // Another table beside the results holds poses of a person's own.
-      const bool own = fs::path(TablePath(options.input)).filename() == "orientation.csv";
-      const std::string problem = own ? block::PoseContradiction(row, *exterior) : "";
-      if (!problem.empty()) throw InputError(folder + ": " + problem);
-    }
+    if (exterior) RequireOfThisRun(*exterior, row, path, TablePath(options.input));
     auto height = MeanGround(exterior);
     if (!height) height = options.ground_height_m;
     const bool seen = !film || fs::exists(InteriorResultPath(interior, row.photo));

@@ -212,7 +212,7 @@ TEST_F(PatchDatabaseFileTest, DamagedValuesAreAnInputErrorNamingThePatch) {
                                  "gsd_m = '0.81x'",
                                  "state = 'ACTIVE'",
                                  "covariance = x'" + Hexadecimal({-1, 0, 0, -1, 0, -1}) + "'",
-                                 "covariance = x'" + Hexadecimal({1e8, 0, 0, 1, 0, 1}) + "'",
+                                 "covariance = x'" + Hexadecimal({1e9, 0, 0, 1, 0, 1}) + "'",
                                  "height_effect = x'" + Hexadecimal({1e9, 0, 1}) + "'"};
   for (const std::string& damage : damages) {
     fs::remove(path_);
