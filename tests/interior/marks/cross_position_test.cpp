@@ -260,5 +260,14 @@ TEST_F(CrossPosition, WithoutLinesThereIsNone) {
   EXPECT_FALSE(Measure(trial, Image(kSide, kSide, 90), {110, 108}));
 }
 
+// The drawing's outline and the spline between pixels err, though no grain shows it.
+TEST_F(CrossPosition, WithoutGrainASigmaKeepsItsFloor) {
+  Trial trial;
+  trial.noise = 0;
+  const auto found = Measure(trial, Image(kSide, kSide, 20), {110.3, 108.6}, false);
+  ASSERT_TRUE(found);
+  EXPECT_GE(std::sqrt(found->covariance.diagonal().minCoeff()), 0.0005);
+}
+
 }  // namespace
 }  // namespace orient::interior
