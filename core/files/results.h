@@ -167,12 +167,12 @@ struct ExteriorResult {
   std::optional<Bounds> asked_of_neighbours;  // ground area for which their patches were requested
 };
 
-// <directory>/<photo>.interior.json and .exterior.json, written beside and renamed. Reading throws
-// InputError naming the file and the field.
-void WriteInteriorResult(const std::string& directory, const InteriorResult& result);
 // Takes back the pose and what follows from it; matches and findings stay.
 void WithdrawPose(ExteriorResult* result);
 
+// <directory>/<photo>.interior.json and .exterior.json, written beside and renamed. Reading throws
+// InputError naming the file and the field.
+void WriteInteriorResult(const std::string& directory, const InteriorResult& result);
 void WriteExteriorResult(const std::string& directory, const ExteriorResult& result);
 InteriorResult ReadInteriorResult(const std::string& path);
 ExteriorResult ReadExteriorResult(const std::string& path);

@@ -55,7 +55,7 @@ class Cases:
     def run(self, kind, at, told=None):
         self.world.renew(self.command)
         return self.world.run(self.command.words, self.injector, kind.rstrip("+"), at, kind.endswith("+"),
-                              told, self.cpus)
+                              told, told is not None, self.cpus)
 
     def calls(self, kind):
         return len(self.places[kind.rstrip("+")])

@@ -194,8 +194,9 @@ class World:
             copy = shutil.copytree if (self.start / name).is_dir() else shutil.copy2
             copy(self.start / name, self.here / name)
 
-    def run(self, words, injector=None, kind="none", at=0, on=False, told=None, cpus=(0,)):
-        """`told`: folder in which the injector leaves `calls`, `places` and `unflushed`."""
+    def run(self, words, injector=None, kind="none", at=0, on=False, told=None, places=False,
+            cpus=(0,)):
+        """`told`: folder in which the injector leaves `calls` and `unflushed`, and `places` if asked."""
         environment = dict(os.environ)
         if injector:
             environment |= {"LD_PRELOAD": str(injector), "ORIENT_FAULT_FOLDER": str(self.here),
@@ -203,8 +204,9 @@ class World:
                             "ORIENT_FAULT_ON": "1" if on else "0"}
         if told:
             environment |= {"ORIENT_FAULT_COUNT": str(told / "calls"),
-                            "ORIENT_FAULT_PLACES": str(told / "places"),
                             "ORIENT_FAULT_UNFLUSHED": str(told / "unflushed")}
+        if places:
+            environment["ORIENT_FAULT_PLACES"] = str(told / "places")
         return subprocess.run([self.orient, *words], capture_output=True, text=True, check=False,
                               env=environment, preexec_fn=lambda: os.sched_setaffinity(0, cpus),
                               timeout=LONGEST_S)

@@ -18,6 +18,7 @@
 #include "core/base/output_directory.h"
 #include "core/base/side_by_side.h"
 #include "core/raster/raster.h"
+#include "tools/commands/ortho_run.h"
 #include "tools/commands/shared_options.h"
 #include "tools/convert/write_exports.h"
 #include "tools/report/block_record.h"
@@ -184,21 +185,17 @@ void RequireInputsApart(const BlockFile& block, const std::string& path) {
   for (const std::string& input :
        {path, block.camera, block.dem, block.patchdb, block.approximations, block.gnss.positions})
     inputs.push_back(input);
-  for (const std::string& file : MeasurementFiles(block.measurements)) inputs.push_back(file);
+  Append(MeasurementFiles(block.measurements), &inputs);
   if (const auto& control = block.control)
     for (const std::string& input : {control->camera, control->orientation, control->dsm})
       inputs.push_back(input);
   const std::string& out = block.output_directory;
   RefuseToReplacePatches(out);
-  RefuseToReplaceInputs(block::BlockFiles(out), inputs);
-  RefuseToReplaceInputs(block::PhotoFiles(out, block::PhotoNames(block.photos)), inputs);
-  if (!block.ortho) return;
-  std::vector<std::string> made;  // orthophotos, and what goes with the mosaic
-  for (const std::string& photo : block::PhotoNames(block.photos))
-    made.push_back((fs::path(out) / "ortho" / (photo + ".ortho.tif")).string());
-  for (const char* file : {"mosaic.tif", "mosaic_tones.csv", "seamlines.gpkg"})
-    made.push_back((fs::path(out) / "ortho" / file).string());
-  RefuseToReplaceInputs(made, inputs);
+  const std::vector<std::string> photos = block::PhotoNames(block.photos);
+  std::vector<std::string> results = block::BlockFiles(out);
+  Append(block::PhotoFiles(out, photos), &results);
+  if (block.ortho) Append(OrthophotoFiles((fs::path(out) / "ortho").string(), photos), &results);
+  RefuseToReplaceInputs(results, inputs);
 }
 
 }  // namespace orient

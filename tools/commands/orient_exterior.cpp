@@ -127,11 +127,10 @@ class ExteriorCommand : public Command {
     for (const std::string& input :
          {options.camera, options.dem, options.patchdb, options.approximations})
       inputs.push_back(input);
-    for (const std::string& file : MeasurementFiles(options.measurements.folder))
-      inputs.push_back(file);
-    RefuseToReplaceInputs(block::ExteriorFiles(options.out), inputs);
-    RefuseToReplaceInputs(block::PhotoFiles(options.out, block::PhotoNames(options.photos)),
-                          inputs);
+    Append(MeasurementFiles(options.measurements.folder), &inputs);
+    std::vector<std::string> written = block::ExteriorFiles(options.out);
+    Append(block::PhotoFiles(options.out, block::PhotoNames(options.photos)), &written);
+    RefuseToReplaceInputs(written, inputs);
     std::vector<std::string> results = {path("orientation.csv"), path("block_camera.toml")};
     for (const std::string& photo : options.photos)
       results.push_back(ExteriorResultPath(options.out, PhotoName(photo)));

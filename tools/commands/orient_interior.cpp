@@ -114,11 +114,10 @@ class InteriorCommand : public Command {
   void RefuseToReplace(const block::InteriorRunOptions& options) const {
     std::vector<std::string> inputs = options.photos;
     if (camera_ != block::kAutoCamera) inputs.push_back(options.camera);
-    for (const std::string& file : MeasurementFiles(options.measurements.folder))
-      inputs.push_back(file);
-    RefuseToReplaceInputs(block::InteriorFiles(options.out), inputs);
-    RefuseToReplaceInputs(block::PhotoFiles(options.out, block::PhotoNames(options.photos)),
-                          inputs);
+    Append(MeasurementFiles(options.measurements.folder), &inputs);
+    std::vector<std::string> written = block::InteriorFiles(options.out);
+    Append(block::PhotoFiles(options.out, block::PhotoNames(options.photos)), &written);
+    RefuseToReplaceInputs(written, inputs);
     std::vector<std::string> paths;
     for (const std::string& photo : options.photos)
       paths.push_back(InteriorResultPath(options.out, PhotoName(photo)));

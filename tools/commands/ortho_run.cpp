@@ -32,6 +32,11 @@ namespace orient {
 namespace {
 namespace fs = std::filesystem;
 
+constexpr const char* kOrtho = ".ortho.tif";  // after the photo's name
+constexpr const char* kMosaic = "mosaic.tif";
+constexpr const char* kSeams = "seamlines.gpkg";
+constexpr const char* kTones = "mosaic_tones.csv";
+
 class OrthoRun {
  public:
   explicit OrthoRun(const OrthoRunOptions& options) : options_(options) {}
@@ -74,14 +79,14 @@ class OrthoRun {
   std::string PathOf(const std::string& file) const {
     return (fs::path(options_.out) / file).string();
   }
-  std::string SeamsPath() const { return PathOf("seamlines.gpkg"); }
-  std::string TonesPath() const { return PathOf("mosaic_tones.csv"); }
-  std::string OrthoPath(const std::string& photo) const { return PathOf(photo + ".ortho.tif"); }
+  std::string SeamsPath() const { return PathOf(kSeams); }
+  std::string TonesPath() const { return PathOf(kTones); }
+  std::string OrthoPath(const std::string& photo) const { return PathOf(photo + kOrtho); }
 
   void RefuseToReplace(const OrthoPhotos& found) const {
     std::vector<std::string> results;
     for (const ortho::OrientedPhoto& photo : found.photos) results.push_back(OrthoPath(photo.name));
-    if (options_.mosaic) results.push_back(PathOf("mosaic.tif"));
+    if (options_.mosaic) results.push_back(PathOf(kMosaic));
     if (options_.mosaic && options_.seams.empty()) results.push_back(SeamsPath());
     if (options_.balance) results.push_back(TonesPath());
     std::vector<std::string> inputs = options_.source.scans;
@@ -128,7 +133,7 @@ class OrthoRun {
     if (!given.empty()) ortho::Seamlines::FromFile(given, found.crs);  // or it cannot be read
     out << block::PlanLine(!given.empty(), "seams     " + (given.empty() ? SeamsPath() : given))
         << "\n";
-    out << block::PlanLine(false, "mosaic    " + PathOf("mosaic.tif")) << "\n";
+    out << block::PlanLine(false, "mosaic    " + PathOf(kMosaic)) << "\n";
   }
 
   double NaturalGsd(const OrthoPhotos& found) const {
@@ -316,7 +321,7 @@ class OrthoRun {
     else
       seamlines_ = DrawSeams(found, cells);
     cells.clear();
-    const std::string path = PathOf("mosaic.tif");
+    const std::string path = PathOf(kMosaic);
     const ortho::MapGrid grid = ortho::MakeMosaic(
         parts, *seamlines_, found.crs, MetadataOfMosaic(parts), options_.jobs, path, &progress);
     RemoveTones(out);
@@ -341,7 +346,7 @@ class OrthoRun {
 
   // A mosaic of an earlier run that does not show what is in the folder now.
   void TellOldMosaic(std::ostream& out) const {
-    const std::string path = PathOf("mosaic.tif");
+    const std::string path = PathOf(kMosaic);
     if (!fs::exists(path)) return;
     const OrthoFolder folder = ReadOrthophotosIn(options_.out);
     if (!folder.mosaic) return;  // damaged
@@ -368,6 +373,16 @@ class OrthoRun {
 };
 
 }  // namespace
+
+std::vector<std::string> OrthophotoFiles(const std::string& folder,
+                                         const std::vector<std::string>& photos) {
+  std::vector<std::string> files;
+  for (const std::string& photo : photos)
+    files.push_back((fs::path(folder) / (photo + kOrtho)).string());
+  for (const char* file : {kMosaic, kSeams, kTones})
+    files.push_back((fs::path(folder) / file).string());
+  return files;
+}
 
 bool MakeOrthophotos(const OrthoRunOptions& options, std::ostream& out) {
   return OrthoRun(options).Do(out);

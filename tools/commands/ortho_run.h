@@ -28,6 +28,10 @@ struct OrthoRunOptions {
   bool resume = false;  // keep what was made from the same, and the seamlines that are there
 };
 
+// All files that runs with such an output folder may write: the photos' (names), the mosaic's.
+std::vector<std::string> OrthophotoFiles(const std::string& folder,
+                                         const std::vector<std::string>& photos);
+
 // Tells on `out` what was made, and what not. Returns whether all photos have their orthophoto.
 // Throws UsageError where results would be replaced without being asked for, InputError for what
 // concerns all photos.

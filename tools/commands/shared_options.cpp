@@ -160,6 +160,10 @@ void RefuseToReplaceInputs(const std::vector<std::string>& results,
   }
 }
 
+void Append(const std::vector<std::string>& files, std::vector<std::string>* list) {
+  list->insert(list->end(), files.begin(), files.end());
+}
+
 std::vector<std::string> MeasurementFiles(const std::string& folder) {
   std::vector<std::string> files;
   if (folder.empty()) return files;

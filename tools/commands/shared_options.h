@@ -70,6 +70,9 @@ void AddScanOptions(CLI::App& app, ScanOptions* scan);
 void RefuseToOverwrite(const std::vector<std::string>& results, bool overwrite,
                        const std::string& alternative = "");
 
+// Adds files to a list of them.
+void Append(const std::vector<std::string>& files, std::vector<std::string>* list);
+
 // Throws UsageError naming the first of `inputs`, files or folders, that is one of `results`, which
 // the run writes or removes, or lies in it: neither --overwrite nor --resume is meant for it.
 void RefuseToReplaceInputs(const std::vector<std::string>& results,
