@@ -29,10 +29,6 @@ namespace orient::block {
 namespace {
 namespace fs = std::filesystem;
 
-Finding NoPoseCovariance() {
-  return {.reason = Reason::kNoPoseCovariance, .limit = kMostForFullCovariance};
-}
-
 void OrientInteriors(const BlockInputs& inputs, ProgressListener* listener) {
   ProgressTask progress(listener, "interior orientation",
                         static_cast<int>(inputs.Block().photos.size()));

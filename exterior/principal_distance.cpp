@@ -2,14 +2,19 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <map>
 
+#include "core/base/chi_square.h"
 #include "core/base/median.h"
 #include "core/terrain/view_over_ground.h"
 #include "exterior/judge.h"
+#include "exterior/steps/error_model.h"
 #include "exterior/steps/patch_observation.h"
+#include "exterior/steps/photo_task.h"
+#include "exterior/steps/resect.h"
 
 namespace orient::exterior {
 namespace {
@@ -19,6 +24,8 @@ constexpr double kSettledSigmas = 0.1;
 constexpr double kUndetermined = 0.7;  // share of the prior's sigma that remains
 constexpr double kNoPrior = 0.05;      // sigma of a negligible prior, as a share of the distance
 constexpr double kContradictedSigmas = 4, kMovedSigmas = 3;
+// Chi-square limit of what is estimated against the approximation, as in precise matching.
+const double kMostApart = ChiSquareLimit(6, 1e-4);
 
 const FilmPosition& PositionOf(const PhotoToOrient& photo, const ExteriorResult& result) {
   return *std::find_if(photo.positions.begin(), photo.positions.end(),
@@ -30,9 +37,22 @@ PhotoView ViewOf(const PhotoToOrient& photo, const ExteriorResult& result) {
   return {photo.camera, position.photo_from_pixel, *result.pose, position.film_correction};
 }
 
+// How far a pose, or a pose with its principal distance, is from what was given.
+double Chi2(const PosePrior& approximation, const Pose& pose) {
+  const Vector6d off = PoseDifference(pose, approximation.pose);
+  return off.dot(approximation.covariance.ldlt().solve(off));
+}
+
+double Chi2(const PosePrior& approximation, const PrincipalDistancePrior& prior,
+            const CorrelatedPose& estimated) {
+  const double off_mm = estimated.principal_distance_mm - prior.value_mm;
+  return Chi2(approximation, estimated.pose) + std::pow(off_mm / prior.sigma_mm, 2);
+}
+
+// Edges are left out: a result has of their covariance the sigmas of both axes only.
 std::optional<CorrelatedPose> Free(const PhotoToOrient& photo,
                                    const std::vector<patchdb::Patch>& patches,
-                                   const ExteriorResult& result,
+                                   const ExteriorResult& result, const PosePrior& approximation,
                                    const PrincipalDistancePrior& prior) {
   const FilmPosition& position = PositionOf(photo, result);
   const PhotoView view = ViewOf(photo, result);
@@ -40,19 +60,25 @@ std::optional<CorrelatedPose> Free(const PhotoToOrient& photo,
   for (const patchdb::Patch& patch : patches) by_id[patch.id] = &patch;
   std::vector<PatchObservation> observations;
   for (const PatchResult& match : result.patches)
-    if (match.state == PatchState::kMatched && match.pixel && match.sigma_px)
+    if (match.state == PatchState::kMatched && match.pixel && match.sigma_px &&
+        !IsOfEdge(*match.sigma_px))
       observations.push_back(ObservationOf(*by_id.at(match.id), *match.pixel,
                                            match.sigma_px->cwiseAbs2().asDiagonal(), view));
   if (observations.empty()) return std::nullopt;
-  return EstimateCorrelatedPose(view, photo.prior, observations,
+  return EstimateCorrelatedPose(view, approximation, observations,
                                 CommonErrorsOf(position, view, observations.front().ground_m.z()),
                                 prior);
 }
 
-// Returns `first`, oriented with a principal distance that the user doubts, with a finding.
-ExteriorResult NotEstimated(ExteriorResult first) {
-  if (first.pose) Add({Reason::kPrincipalDistanceNotEstimated, Status::kWeak}, &first);
-  return first;
+// With an approximation that is far off, pose and principal distance are estimated without it: the
+// principal distance would take up the approximation's error, as the flying height does.
+std::optional<CorrelatedPose> FreeOfWrongApproximation(const PhotoToOrient& photo,
+                                                       const std::vector<patchdb::Patch>& patches,
+                                                       const ExteriorResult& result,
+                                                       const PrincipalDistancePrior& prior) {
+  const auto estimated = Free(photo, patches, result, photo.prior, prior);
+  if (estimated && Chi2(photo.prior, prior, *estimated) <= kMostApart) return estimated;
+  return Free(photo, patches, result, Weakened(photo.prior), prior);
 }
 
 double MedianHeight_m(const ExteriorResult& result) {
@@ -60,6 +86,28 @@ double MedianHeight_m(const ExteriorResult& result) {
   for (const PatchResult& match : result.patches)
     if (match.state == PatchState::kMatched) heights_m.push_back(match.ground_m->z());
   return UpperMedian(std::move(heights_m));
+}
+
+// Whether the target holds all over the frame where the principal distance is unknown, too.
+void JudgePrecision(const PhotoToOrient& photo, const CorrelatedPose& estimated,
+                    ExteriorResult* result) {
+  PhotoView view = ViewOf(photo, *result);
+  view.camera.principal_distance_mm = estimated.principal_distance_mm;
+  const double height_m = MedianHeight_m(*result), pixel_m = view.GroundPixel(height_m);
+  const double worst_px = WorstSigmaWithDistance(view, estimated.with_distance, height_m);
+  result->projection_sigma = ProjectionSigmaOf(worst_px, pixel_m);
+  std::erase_if(result->findings,
+                [](const Finding& one) { return one.reason == Reason::kPoorlyDetermined; });
+  result->status = StatusOf(result->findings);
+  const double target_px = result->target_m.value_or(pixel_m) / pixel_m;
+  if (!(worst_px <= target_px))
+    Add({Reason::kPoorlyDetermined, Status::kWeak, worst_px, target_px}, result);
+}
+
+// Returns `first`, oriented with a principal distance that the user doubts, with a finding.
+ExteriorResult NotEstimated(ExteriorResult first) {
+  if (first.pose) Add({Reason::kPrincipalDistanceNotEstimated, Status::kWeak}, &first);
+  return first;
 }
 
 // The largest distance in the frame between the two views' projections of level ground.
@@ -83,14 +131,13 @@ ExteriorResult OrientWithPrincipalDistance(const PhotoToOrient& photo, const Pho
   bool settled = false;
   for (int round = 0; round < kMaxRounds && !settled; ++round) {
     if (round > 0) result = OrientPhoto(now, image, patches, options);
-    const auto estimated = result.pose ? Free(now, patches, result, prior) : std::nullopt;
+    const auto estimated =
+        result.pose ? FreeOfWrongApproximation(now, patches, result, prior) : std::nullopt;
     if (!estimated) return NotEstimated(first);
     const double moved_mm = estimated->principal_distance_mm - now.camera.principal_distance_mm;
     result.pose = estimated->pose;
     result.covariance = estimated->honest_covariance;
-    // The principal distance compensates for much of the height's error; this covariance alone does
-    // not contain that correlation.
-    result.projection_sigma.reset();
+    JudgePrecision(now, *estimated, &result);
     result.principal_distance = EstimatedPrincipalDistance{estimated->principal_distance_mm,
                                                            estimated->principal_distance_sigma_mm,
                                                            prior.value_mm, sigma_mm};
@@ -112,7 +159,10 @@ void JudgePrincipalDistance(const PhotoToOrient& photo, const std::vector<patchd
   if (!result->pose || !result->projection_sigma || !Has(result->findings, Reason::kResidualTrend))
     return;
   const double stated_mm = photo.camera.principal_distance_mm;
-  const auto free = Free(photo, patches, *result, {stated_mm, kNoPrior * stated_mm});
+  const bool contradicted = Chi2(photo.prior, *result->pose) > kMostApart;
+  const auto free =
+      Free(photo, patches, *result, contradicted ? Weakened(photo.prior) : photo.prior,
+           {stated_mm, kNoPrior * stated_mm});
   if (!free || !(std::abs(free->principal_distance_mm - stated_mm) >
                  kContradictedSigmas * free->principal_distance_sigma_mm))
     return;

@@ -254,6 +254,12 @@ std::optional<InteriorResult> OrientByClicks(const Raster& scan, const CameraFil
   return result;
 }
 
+// For marks that the search found: they are measured, whatever the clicks say.
+std::vector<MarkClick> Inexact(std::vector<MarkClick> clicks) {
+  for (MarkClick& click : clicks) click.exact = false;
+  return clicks;
+}
+
 // The result in the possible scan orientation in which most clicks name the right marks, with the
 // wrong clicks reported; unchanged if no click does, or several orientations are equally good.
 InteriorResult AsClicked(const InteriorResult& found, const CameraFile& camera,
@@ -278,7 +284,7 @@ InteriorResult AsClicked(const InteriorResult& found, const CameraFile& camera,
     best = *turned;
   }
   if (most == 0 || alike) best = found;
-  Add(most > 0 && alike ? Findings{AllClicksContradicted(clicks)} : JudgeClicks(clicks, best),
+  Add(most > 0 && alike ? Findings{AllClicksContradicted(clicks)} : JudgeClicks(Inexact(clicks), best),
       &best);
   return best;
 }

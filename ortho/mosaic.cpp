@@ -3,8 +3,10 @@
 #include <gdal.h>
 
 #include <algorithm>
+#include <deque>
 #include <limits>
-#include <optional>
+#include <memory>
+#include <mutex>
 #include <utility>
 
 #include "core/base/error.h"
@@ -16,26 +18,51 @@
 namespace orient::ortho {
 namespace {
 
-struct OpenPart {
-  const MosaicPart& part;
-  BandRaster raster;
-};
-
-std::vector<OpenPart> Open(const std::vector<MosaicPart>& parts) {
-  if (parts.empty()) throw InputError("no orthophoto to make a mosaic of");
-  std::vector<OpenPart> open;
-  for (const MosaicPart& part : parts) {
-    open.push_back({part, BandRaster::Open(part.path)});
+// The parts' files. As many as a process may have open, or fewer, are: blocks may have thousands.
+class Parts {
+ public:
+  // Throws InputError for parts that make no mosaic together.
+  explicit Parts(const std::vector<MosaicPart>& parts) : parts_(parts) {
+    if (parts.empty()) throw InputError("no orthophoto to make a mosaic of");
     const MosaicPart& first = parts.front();
-    if (open.back().raster.Format() != open.front().raster.Format())
-      throw InputError(first.path + " and " + part.path +
-                       " differ in bands or bits and make no mosaic; make one of each kind");
-    if (part.grid.gsd_m != first.grid.gsd_m)
-      throw InputError(first.path + " and " + part.path +
-                       " differ in their pixel size; make them anew with one --gsd-m");
+    format_ = RasterOf(0)->Format();
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      if (RasterOf(i)->Format() != format_)
+        throw InputError(first.path + " and " + parts[i].path +
+                         " differ in bands or bits and make no mosaic; make one of each kind");
+      if (parts[i].grid.gsd_m != first.grid.gsd_m)
+        throw InputError(first.path + " and " + parts[i].path +
+                         " differ in their pixel size; make them anew with one --gsd-m");
+    }
   }
-  return open;
-}
+
+  std::size_t Size() const { return parts_.size(); }
+  const MosaicPart& operator[](std::size_t i) const { return parts_[i]; }
+  const BandFormat& Format() const { return format_; }
+
+  // Threads may share it, and keep it while others are opened.
+  std::shared_ptr<const BandRaster> RasterOf(std::size_t i) const {
+    const std::lock_guard lock(mutex_);
+    const auto found =
+        std::find_if(open_.begin(), open_.end(), [&](const auto& one) { return one.first == i; });
+    if (found != open_.end()) {
+      std::rotate(open_.begin(), found, found + 1);
+      return open_.front().second;
+    }
+    if (open_.size() == kMostOpen) open_.pop_back();
+    open_.emplace_front(i, std::make_shared<const BandRaster>(BandRaster::Open(parts_[i].path)));
+    return open_.front().second;
+  }
+
+ private:
+  static constexpr std::size_t kMostOpen = 100;
+
+  const std::vector<MosaicPart>& parts_;
+  BandFormat format_;
+  mutable std::mutex mutex_;
+  mutable std::deque<std::pair<std::size_t, std::shared_ptr<const BandRaster>>>
+      open_;  // last first
+};
 
 MapGrid Around(const std::vector<MosaicPart>& parts) {
   MapGrid all = parts.front().grid;
@@ -87,14 +114,16 @@ class MosaicTile {
   }
 
   // Takes the part's pixels where it ranks before all taken so far; `index` is its number.
-  void Add(const OpenPart& open, int index, const std::vector<int>& chosen) {
-    const MapGrid& grid = open.part.grid;
+  void Add(const Parts& parts, int index, const std::vector<int>& chosen) {
+    const MosaicPart& part = parts[static_cast<std::size_t>(index)];
+    const MapGrid& grid = part.grid;
     const PixelWindow from = all_.WindowIn(grid, window_);
     if (from.width <= 0 || from.height <= 0) return;
-    const std::vector<std::uint8_t> mask = open.raster.ReadMask(from);
+    const auto raster = parts.RasterOf(static_cast<std::size_t>(index));
+    const std::vector<std::uint8_t> mask = raster->ReadMask(from);
     if (std::none_of(mask.begin(), mask.end(), [](std::uint8_t one) { return one != 0; })) return;
-    std::vector<Image> values = open.raster.Read(from);
-    Show(open, &values);
+    std::vector<Image> values = raster->Read(from);
+    Show(part.tones, parts.Format(), &values);
     const int left = static_cast<int>(from.col + grid.west - all_.west - window_.col);
     const int top = static_cast<int>(from.row + all_.north - grid.north - window_.row);
     for (int row = 0; row < from.height; ++row)
@@ -102,7 +131,7 @@ class MosaicTile {
         if (mask[static_cast<std::size_t>(row) * from.width + col] == 0) continue;
         const std::size_t to = static_cast<std::size_t>(top + row) * window_.width + left + col;
         const Eigen::Vector2d at = grid.GroundFromPixel(from.col + col + 0.5, from.row + row + 0.5);
-        const double rank = chosen[to] == index ? -1 : (at - open.part.nadir_m).squaredNorm();
+        const double rank = chosen[to] == index ? -1 : (at - part.nadir_m).squaredNorm();
         if (!(rank < rank_[to])) continue;
         rank_[to] = rank;
         mask_[to] = 255;
@@ -117,11 +146,11 @@ class MosaicTile {
   }
 
  private:
-  // Converts the values to the part's tones.
-  static void Show(const OpenPart& open, std::vector<Image>* bands) {
-    const ValueRange range = ValueRange::Of(open.raster.Format());
-    for (std::size_t band = 0; band < open.part.tones.size(); ++band)
-      for (float& value : (*bands)[band].values) value = range.In(open.part.tones[band], value);
+  static void Show(const std::vector<Tone>& tones, const BandFormat& format,
+                   std::vector<Image>* bands) {
+    const ValueRange range = ValueRange::Of(format);
+    for (std::size_t band = 0; band < tones.size(); ++band)
+      for (float& value : (*bands)[band].values) value = range.In(tones[band], value);
   }
 
   std::size_t Size() const {
@@ -135,15 +164,16 @@ class MosaicTile {
   std::vector<double> rank_;  // -1: chosen by the seamlines; else squared distance from nadir
 };
 
-void DrawTile(const std::vector<OpenPart>& open, const std::vector<int>& chosen, MosaicTile* tile) {
+void DrawTile(const Parts& parts, const std::vector<int>& chosen, MosaicTile* tile) {
   const auto is_chosen = [&](int index) {
     return std::find(chosen.begin(), chosen.end(), index) != chosen.end();
   };
-  for (int i = 0; i < static_cast<int>(open.size()); ++i)
-    if (is_chosen(i)) tile->Add(open[static_cast<std::size_t>(i)], i, chosen);
+  const int count = static_cast<int>(parts.Size());
+  for (int i = 0; i < count; ++i)
+    if (is_chosen(i)) tile->Add(parts, i, chosen);
   if (tile->Complete()) return;
-  for (int i = 0; i < static_cast<int>(open.size()); ++i)
-    if (!is_chosen(i)) tile->Add(open[static_cast<std::size_t>(i)], i, chosen);
+  for (int i = 0; i < count; ++i)
+    if (!is_chosen(i)) tile->Add(parts, i, chosen);
 }
 
 }  // namespace
@@ -151,10 +181,10 @@ void DrawTile(const std::vector<OpenPart>& open, const std::vector<int>& chosen,
 MapGrid MakeMosaic(const std::vector<MosaicPart>& parts, const Seamlines& seamlines, const Crs& crs,
                    const std::map<std::string, std::string>& metadata, int threads,
                    const std::string& path, ProgressListener* listener) {
-  const std::vector<OpenPart> open = Open(parts);
+  const Parts open(parts);
   const std::vector<int> part_of_polygon = PartsOf(seamlines, parts);
   const MapGrid all = Around(parts);
-  const BandFormat& format = open.front().raster.Format();
+  const BandFormat& format = open.Format();
   NewCog file(path, format, all, crs);
   const std::vector<PixelWindow> tiles = TilesOf(all);
   ProgressTask progress(listener, "mosaic", static_cast<int>(tiles.size()));

@@ -220,7 +220,7 @@ void Adjustment::Rounds() {
     if (dismissed_) continue;
     tests_ = Test();
     // Variance factors from medians as long as gross errors may remain, afterwards from sums.
-    if (!clean) FactorsFromMedians(&system_, &tests_);
+    const bool reweighted = !clean && FactorsFromMedians(&system_, &tests_);
     const BlockChanges changes =
         system_.options.snooping ? judgement_.Apply(tests_, 1) : BlockChanges{};
     // Positions wrong by metres are few of the observations, but make up most of their kind's sum.
@@ -231,7 +231,7 @@ void Adjustment::Rounds() {
     const bool factors = clean && changes.poses == 0 && factor_rounds < kMostFactorRounds &&
                          FactorsFromSums(tests_, &system_);
     factor_rounds += factors ? 1 : 0;
-    if (!converged || changes.All() > 0 || factors) continue;
+    if (!converged || changes.All() > 0 || factors || reweighted) continue;
     if (HoldCommonGnssShiftIfInsignificant(tests_, *normals_, judgement_.takes_part(), &system_)) {
       factor_rounds = 0;
       continue;

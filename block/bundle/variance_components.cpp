@@ -57,8 +57,9 @@ void FactorsFromResiduals(BlockSystem* system) {
 }
 
 // Half of the observations may be gross errors. The tests are rescaled with the factors.
-void FactorsFromMedians(BlockSystem* system, BlockTests* tests) {
-  if (!system->options.variance_components) return;
+bool FactorsFromMedians(BlockSystem* system, BlockTests* tests) {
+  if (!system->options.variance_components) return false;
+  bool changed = false;
   for (const RowKind kind :
        {RowKind::kTieImage, RowKind::kControlImage, RowKind::kGnss, RowKind::kPosePrior}) {
     std::vector<double> chi2;
@@ -72,12 +73,14 @@ void FactorsFromMedians(BlockSystem* system, BlockTests* tests) {
     const double before = system->Factor(kind);
     SetFactor(kind, before * UpperMedian(std::move(chi2)), system);
     const double change = system->Factor(kind) / before;
+    changed = changed || std::abs(change - 1) >= kSettled;
     for (std::size_t i = 0; i < system->rows.size(); ++i) {
       if (system->rows[i].kind != kind) continue;
       tests->of_row[i].t /= change;
       tests->of_row[i].square /= change;
     }
   }
+  return changed;
 }
 
 // v'Pv over the redundancy, group by group. True where a factor changed.

@@ -11,8 +11,8 @@ namespace orient::block {
 void FactorsFromResiduals(BlockSystem* system);
 
 // Image groups, GNSS and priors, from the medians of the tests, which are rescaled with the
-// factors.
-void FactorsFromMedians(BlockSystem* system, BlockTests* tests);
+// factors. True where a factor changed enough to adjust again.
+bool FactorsFromMedians(BlockSystem* system, BlockTests* tests);
 
 // All groups, v'Pv over the redundancy. True where a factor changed enough to adjust again.
 bool FactorsFromSums(const BlockTests& tests, BlockSystem* system);

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -16,6 +15,7 @@
 
 #include "core/base/error.h"
 #include "core/base/median.h"
+#include "core/base/number_text.h"
 #include "core/base/open_dataset.h"
 #include "core/base/quiet_gdal.h"
 #include "core/base/trimmed.h"
@@ -96,6 +96,8 @@ class FlightIndex {
       throw InputError(fmt::format("{} (photo {}) is not a point", where, row.photo));
     const OGRPoint* point = geometry->toPoint();
     Eigen::Vector2d xy(point->getX(), point->getY());
+    if (point->IsEmpty() || !xy.allFinite())
+      throw InputError(fmt::format("{} (photo {}) is an empty point", where, row.photo));
     if (transform) {
       const auto there = (*transform)(xy);
       if (!there)
@@ -124,12 +126,10 @@ class FlightIndex {
     if (height_ < 0 || !feature.IsFieldSetAndNotNull(height_)) return std::nullopt;
     if (feature.GetFieldDefnRef(height_)->GetType() != OFTString)
       return feature.GetFieldAsDouble(height_);
-    std::string text(Trimmed(feature.GetFieldAsString(height_)));
+    const std::string text(Trimmed(feature.GetFieldAsString(height_)));
     if (text.empty()) return std::nullopt;
-    if (text.front() == '+') text.erase(0, 1);
-    double height = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), height);
-    if (error != std::errc() || end != text.data() + text.size())
+    const auto height = SignedNumberIn(text);
+    if (!height)
       throw InputError(
           fmt::format("{}: the height \"{}\" is not a number with a point as its "
                       "decimal mark",
@@ -276,7 +276,6 @@ double HeightOver(const GroundSurface& surface, const Eigen::Vector3d& place,
 
 std::set<std::string> CompleteHeights(const std::string& dem, const Crs& crs,
                                       double flying_height_m, std::vector<OrientationRow>* rows) {
-  constexpr double kSpread = 0.05;  // of flying heights
   std::set<std::string> completed;
   const auto lacks = [](const OrientationRow& row) { return std::isnan(row.pose.position_m.z()); };
   if (std::none_of(rows->begin(), rows->end(), lacks)) return completed;
@@ -286,7 +285,7 @@ std::set<std::string> CompleteHeights(const std::string& dem, const Crs& crs,
     completed.insert(row.photo);
     Eigen::Vector3d& place = row.pose.position_m;
     place.z() = HeightOver(surface, place, flying_height_m);
-    row.least_height_sigma_m = kSpread * flying_height_m;
+    row.least_height_sigma_m = kFlyingHeightSpread * flying_height_m;
     if (row.sigma) (*row.sigma)[2] = std::max((*row.sigma)[2], row.least_height_sigma_m);
   }
   return completed;

@@ -74,6 +74,9 @@ GroundSurface SurfaceAround(const std::string& dem, const Crs& crs,
 // reach, and the surface's mean only where there are none.
 double GroundAround(const GroundSurface& surface, const Eigen::Vector3d& place, double reach_m);
 
+// One sigma of the photos' flying heights above the ground, as a share of the flight's.
+inline constexpr double kFlyingHeightSpread = 0.05;
+
 // Z of a photo at `place`, `flying_height_m` above ground; the surface must reach as far around it.
 double HeightOver(const GroundSurface& surface, const Eigen::Vector3d& place,
                   double flying_height_m);

@@ -134,13 +134,14 @@ void BlockApproximations::ApplyMeasurements(const Measurements& measurements) {
     else
       photos.push_back(photo);
   }
-  const auto height_at = [&](const Eigen::Vector2d& place) -> std::optional<double> {
+  const auto height_at = [&](const Eigen::Vector2d& place) -> std::optional<ExpectedHeight> {
     const auto flying_height_m = block_.flight.FlyingHeight(camera_.principal_distance_mm);
     if (!flying_height_m) return std::nullopt;
     OrientationRow row;
     row.pose.position_m.head<2>() = place;
-    return HeightOver(SurfaceAround(block_.dem, block_.crs, {row}, *flying_height_m),
-                      row.pose.position_m, *flying_height_m);
+    return ExpectedHeight{HeightOver(SurfaceAround(block_.dem, block_.crs, {row}, *flying_height_m),
+                                     row.pose.position_m, *flying_height_m),
+                          kFlyingHeightSpread * *flying_height_m};
   };
   ApplyDecidedPositions(measurements, photos,
                         {block_.position_sigma_m, block_.attitude_sigma_rad, {}}, height_at,

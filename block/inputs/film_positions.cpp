@@ -9,9 +9,7 @@
 namespace orient::block {
 namespace {
 
-// Film deformation between the fiducial marks: with four marks their residuals have only two
-// degrees of freedom, so they are combined with prior knowledge of aerial film.
-constexpr double kFilmSigma_mm = 0.003;
+// That prior knowledge of aerial film is worth: as many as the residuals of four marks have.
 constexpr double kFilmDegreesOfFreedom = 2;
 
 // Sigma of the film's smooth deformation between the marks. With a reseau, what it leaves: by how
@@ -31,16 +29,19 @@ Matrix6d InteriorCovariance(const InteriorResult& result, const CameraFile& came
       if (mark.state == MarkState::kUsed && mark.pixel && fiducial.id == mark.id)
         pairs.push_back({*mark.pixel, fiducial.position_mm});
   const auto fit = FitAffine(pairs);
-  if (!fit) return Matrix6d::Zero();
-  // FitAffine scales with its own sigma0 where it has one.
-  const double own = fit->redundancy > 0 ? fit->sigma0 * fit->sigma0 : 1.0;
-  const double variance = (fit->redundancy * fit->sigma0 * fit->sigma0 +
-                           kFilmDegreesOfFreedom * kFilmSigma_mm * kFilmSigma_mm) /
-                          (fit->redundancy + kFilmDegreesOfFreedom);
-  return fit->covariance * (variance / std::max(own, 1e-20));
+  return fit ? PooledCovariance(*fit, kFilmSigma_mm) : Matrix6d::Zero();
 }
 
 }  // namespace
+
+Matrix6d PooledCovariance(const TransformFit& fit, double prior_sigma) {
+  // FitAffine scales with its own sigma0 where it has one.
+  const double own = fit.redundancy > 0 ? fit.sigma0 * fit.sigma0 : 1.0;
+  const double variance = (fit.redundancy * fit.sigma0 * fit.sigma0 +
+                           kFilmDegreesOfFreedom * prior_sigma * prior_sigma) /
+                          (fit.redundancy + kFilmDegreesOfFreedom);
+  return fit.covariance * (variance / std::max(own, 1e-20));
+}
 
 std::vector<exterior::FilmPosition> FilmPositions(const InteriorResult& result,
                                                   const CameraFile& camera,

@@ -11,6 +11,13 @@
 
 namespace orient::block {
 
+// Sigma of the film's deformation between its marks, mm, where no reseau shows it.
+inline constexpr double kFilmSigma_mm = 0.003;
+
+// Covariance of an affine transform from few marks, whose residuals have few degrees of freedom:
+// combined with prior knowledge, the sigma of a coordinate in units of the fit's sigma0.
+Matrix6d PooledCovariance(const TransformFit& fit, double prior_sigma);
+
 // One position, or those that interior orientation left open; the likeliest first. The result must
 // have a transform.
 std::vector<exterior::FilmPosition> FilmPositions(const InteriorResult& result,

@@ -143,7 +143,7 @@ interior::InteriorOptions WithMarksOf(const Measurements& measurements, const st
 void ApplyDecidedPositions(
     const Measurements& measurements, const std::vector<std::string>& photos,
     const AssumedAccuracy& accuracy,
-    const std::function<std::optional<double>(const Eigen::Vector2d&)>& height_at,
+    const std::function<std::optional<ExpectedHeight>(const Eigen::Vector2d&)>& height_at,
     std::vector<OrientationRow>* rows) {
   const FlyingHeights heights = HeightsOf(*rows);
   for (const std::string& photo : photos) {
@@ -152,6 +152,7 @@ void ApplyDecidedPositions(
     auto row = std::find_if(rows->begin(), rows->end(),
                             [&](const OrientationRow& one) { return one.photo == photo; });
     const bool known = row != rows->end();
+    double height_sigma_m = heights.sigma_m;
     if (!known) {
       const auto height = height_at ? height_at(position->ground_m) : std::nullopt;
       if (!height && !heights.median_m)
@@ -162,13 +163,14 @@ void ApplyDecidedPositions(
             measurements.folder, kDecisionsFile, photo));
       rows->push_back({.photo = photo, .pose = {}, .sigma = {}, .attitude_known = false});
       row = rows->end() - 1;
-      row->pose.position_m.z() = height ? *height : *heights.median_m;
+      row->pose.position_m.z() = height ? height->z_m : *heights.median_m;
+      if (height) height_sigma_m = height->sigma_m;
     }
     Vector6d sigma =
         SigmaOfApproximation(*row, accuracy.position_m, accuracy.attitude_rad, accuracy.kappa_rad);
     row->pose.position_m.head<2>() = position->ground_m;
     sigma.head<2>().setConstant(position->sigma_m);
-    if (!known) sigma[2] = std::max(position->sigma_m, heights.sigma_m);
+    if (!known) sigma[2] = std::max(position->sigma_m, height_sigma_m);
     row->sigma = sigma;
   }
 }
@@ -190,6 +192,7 @@ std::vector<exterior::MeasuredPoint> PointsOf(const Measurements& measurements,
                                            position.film_correction.get(), *seen.photo_mm);
     to.sigma_px = seen.pixel ? seen.sigma : seen.sigma / pixel_mm;
     to.control = point->role == PointRole::kControl;
+    to.in_photo_system = !seen.pixel;
     points.push_back(std::move(to));
   }
   return points;

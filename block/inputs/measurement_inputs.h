@@ -42,6 +42,11 @@ struct AssumedAccuracy {
   std::optional<double> position_m = {}, attitude_rad = {}, kappa_rad = {};
 };
 
+// Of a photo taken on a flight of known height.
+struct ExpectedHeight {
+  double z_m = 0, sigma_m = 0;
+};
+
 // Replaces positions in `rows` by those that a person decided for the photos; height, angles
 // and their accuracy stay the row's. A photo without a row gets unknown angles and the height
 // from `height_at` at its position, or the rows' median height with their spread as sigma. Throws
@@ -49,7 +54,7 @@ struct AssumedAccuracy {
 void ApplyDecidedPositions(
     const Measurements& measurements, const std::vector<std::string>& photos,
     const AssumedAccuracy& accuracy,
-    const std::function<std::optional<double>(const Eigen::Vector2d&)>& height_at,
+    const std::function<std::optional<ExpectedHeight>(const Eigen::Vector2d&)>& height_at,
     std::vector<OrientationRow>* rows);
 
 // The photo's measured points whose ground coordinates are known. What was measured in the photo

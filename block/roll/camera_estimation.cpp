@@ -112,20 +112,28 @@ class Adjustment {
     return used;
   }
 
-  // Which scans and marks take part. A mark seen once only follows its scan.
+  // Which scans and marks take part. A mark seen once only follows its scan, and a scan with fewer
+  // than three of the others tells nothing of them.
   void Count() {
-    std::vector<int> seen(start_.size(), 0);
-    scans_ = 0;
-    for (size_t s = 0; s < by_scan_.size(); ++s) {
-      const std::vector<size_t> used = Used(s);
-      if (used.size() < 3) continue;
-      ++scans_;
-      for (const size_t k : used) ++seen[sightings_[k].mark];
+    std::vector<bool> shown(start_.size(), true);
+    for (bool settled = false; !settled;) {
+      std::vector<int> seen(start_.size(), 0);
+      scans_ = 0;
+      for (size_t s = 0; s < by_scan_.size(); ++s) {
+        std::vector<size_t> used = Used(s);
+        std::erase_if(used, [&](size_t k) { return !shown[sightings_[k].mark]; });
+        if (used.size() < 3) continue;
+        ++scans_;
+        for (const size_t k : used) ++seen[sightings_[k].mark];
+      }
+      settled = true;
+      for (size_t i = 0; i < seen.size(); ++i)
+        if (shown[i] && seen[i] < 2) shown[i] = settled = false;
     }
     shown_.clear();
     column_.assign(start_.size(), -1);
-    for (size_t i = 0; i < seen.size(); ++i)
-      if (seen[i] >= 2) {
+    for (size_t i = 0; i < shown.size(); ++i)
+      if (shown[i]) {
         column_[i] = 2 * static_cast<long>(shown_.size());
         shown_.push_back(i);
       }

@@ -21,6 +21,12 @@ constexpr double kMostContradicting = 0.1;  // of the photos with any evidence
 
 using Nats = std::array<double, kAllScanOrientations.size()>;
 
+// Photos vote with their own status: what the comparison with the roll made of it is no reason to
+// vote otherwise when a run is resumed.
+bool HasVote(const InteriorResult& photo) {
+  return photo.status_alone.value_or(photo.status) == Status::kOk;
+}
+
 // Log-likelihood of each scan orientation relative to the photo's likeliest one.
 Nats VotesOf(const InteriorResult& photo) {
   Nats nats;
@@ -63,7 +69,7 @@ struct Sum {
     Nats positions{};
     int with_positions = 0;
     for (const InteriorResult& result : results) {
-      if (result.status != Status::kOk || result.possible_orientations.empty()) continue;
+      if (!HasVote(result) || result.possible_orientations.empty()) continue;
       votes.push_back(VotesOf(result));
       const auto of_positions = VotesOfPositions(result);
       for (size_t i = 0; i < nats.size(); ++i)
@@ -154,7 +160,7 @@ std::optional<ScanOrientation> OrientationOfRoll(const std::vector<InteriorResul
   const ScanOrientation orientation = kAllScanOrientations[best];
   const auto contradicting =
       std::count_if(results.begin(), results.end(), [&](const InteriorResult& result) {
-        return result.status == Status::kOk && !Leaves(result, orientation);
+        return HasVote(result) && !Leaves(result, orientation);
       });
   if (static_cast<double>(contradicting) > kMostContradicting * static_cast<double>(sum.Telling()))
     return std::nullopt;

@@ -7,6 +7,7 @@
 
 #include "block/bundle/sub_blocks.h"
 #include "block/ties/one_station.h"
+#include "core/matching/least_squares_matching.h"
 #include "core/terrain/view_over_ground.h"
 #include "exterior/steps/error_model.h"
 #include "exterior/steps/resect.h"
@@ -161,7 +162,7 @@ void AddPatches(const AdjustmentInputs& inputs, AdjustedBlock* adjusted) {
       }
       const Eigen::Vector2d variance =
           match.sigma_px->cwiseAbs2() +
-          Eigen::Vector2d::Constant(exterior::kModelSigmaPx * exterior::kModelSigmaPx);
+          Eigen::Vector2d::Constant(kMatchModelSigma_px * kMatchModelSigma_px);
       block.observations.push_back({i, point->second, *match.pixel, variance.asDiagonal()});
     }
   }
@@ -205,15 +206,17 @@ Matrix6d CovarianceOfBend(const Camera& camera, const Pose& pose, double sigma_m
   return (covariance + covariance.transpose()) / 2;
 }
 
-// Adds the effect of film bending between its marks, which neighbouring observations share.
-void AddFilmBends(const AdjustmentInputs& inputs, AdjustedBlock* adjusted) {
+}  // namespace
+
+void AddFilmBends(const std::function<double(const Camera&, const Pose&)>& height_under_m,
+                  AdjustedBlock* adjusted) {
   for (std::size_t i = 0; i < adjusted->block.photos.size(); ++i) {
     const BlockPhoto& given = adjusted->block.photos[i];
     AdjustedPhoto& photo = adjusted->result.photos[i];
     if (photo.state != PhotoState::kAdjusted || given.film_sigma_mm <= 0) continue;
     const Camera& camera = adjusted->result.cameras[given.camera];
     const Matrix6d bend = CovarianceOfBend(camera, photo.pose, given.film_sigma_mm,
-                                           GroundHeightUnder(inputs.surface, camera, photo.pose));
+                                           height_under_m(camera, photo.pose));
     photo.covariance += bend;
     const auto& together = adjusted->result.covariance_photos;
     const auto k = std::find(together.begin(), together.end(), i) - together.begin();
@@ -221,8 +224,6 @@ void AddFilmBends(const AdjustmentInputs& inputs, AdjustedBlock* adjusted) {
       adjusted->result.pose_covariance.block<6, 6>(6 * k, 6 * k) += bend;
   }
 }
-
-}  // namespace
 
 void AddKnown(const PoseObservations& known, BlockPhoto* photo) {
   photo->prior = Known(known.approximations, photo->name);
@@ -250,7 +251,9 @@ AdjustedBlock AdjustPhotos(const AdjustmentInputs& inputs) {
   options.control_shared_smoothly = exterior::kSharedSmoothly;
   options.most_photos = static_cast<std::size_t>(inputs.choice.sub_block_photos);
   adjusted.result = AdjustWholeOrInSubBlocks(adjusted.block, options);
-  AddFilmBends(inputs, &adjusted);
+  AddFilmBends([&](const Camera& camera,
+                   const Pose& pose) { return GroundHeightUnder(inputs.surface, camera, pose); },
+               &adjusted);
   return adjusted;
 }
 

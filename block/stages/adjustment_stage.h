@@ -2,6 +2,7 @@
 // database, and what each photo's final result is.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -55,6 +56,11 @@ struct JudgedBlock {
   std::vector<ExteriorResult> results;
   Findings findings;  // of the block as a whole
 };
+
+// Adds to the covariances of film photos' poses the effect of film bending between its marks, which
+// neighbouring observations share. `height_under_m`: of the ground below a photo.
+void AddFilmBends(const std::function<double(const Camera&, const Pose&)>& height_under_m,
+                  AdjustedBlock* adjusted);
 
 // Throws InputError where the patch database cannot be read.
 AdjustedBlock AdjustPhotos(const AdjustmentInputs& inputs);

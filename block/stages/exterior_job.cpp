@@ -258,6 +258,7 @@ ExteriorResult OrientByPatches(const ExteriorSetting& setting, const exterior::P
         !IsFoundWithoutPoints(setting, image, photo, start, &result, patches, &as_oriented.wide))
       OrientByPoints(setting, *photo, *start, &result);
   }
+  as_oriented.prior_failed = as_oriented.wide && !IsVague(setting, photo->prior);
   if (setting.options.principal_distance_sigma_mm && !Has(result.findings, Reason::kByPointsAlone))
     result = exterior::OrientWithPrincipalDistance(*photo, image, *patches, as_oriented, result,
                                                    *setting.options.principal_distance_sigma_mm);
@@ -321,10 +322,10 @@ ExteriorResult OrientOne(const ExteriorSetting& setting, const std::string& path
   ExteriorResult result = OrientByPatches(setting, image, &photo, &start, &patches);
   result.approximation = StartingPoseOf(photo.prior);
   CompareWithPoints(setting, photo, start, &result);
-  const PhotoView expected{photo.camera, photo.positions.front().photo_from_pixel,
-                           photo.prior.pose};
+  const PhotoView view{photo.camera, photo.positions.front().photo_from_pixel,
+                       result.pose.value_or(photo.prior.pose)};
   CheckHeights(setting.surface, patches,
-               kHeightTolerancePx * expected.GroundPixel(setting.surface.MeanHeight()), &result);
+               kHeightTolerancePx * view.GroundPixel(setting.surface.MeanHeight()), &result);
   for (const Finding& finding : interior.findings) exterior::Add(finding, &result);
   ApplyVerdict(setting.options.measurements, &result);
   interior.positions = photo.positions;

@@ -54,7 +54,9 @@ RunCameras LoadCameras(const InteriorRunOptions& options) {
   RunCameras cameras;
   if (options.camera == kAutoCamera) {
     cameras.all = ReadCameraLibrary(CameraLibraryFolder(options.camera_library));
-    std::erase_if(cameras.all, [](const LibraryCamera& camera) { return camera.format_only; });
+    std::erase_if(cameras.all, [](const LibraryCamera& camera) {
+      return camera.format_only || camera.file.fiducials.empty();
+    });
     return cameras;
   }
   LibraryCamera camera;

@@ -6,15 +6,16 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 
+#include "block/bundle/adjusted_view.h"
 #include "block/bundle/sub_blocks.h"
+#include "block/inputs/film_positions.h"
 #include "block/inputs/measurement_inputs.h"
-#include "block/stages/kappa_start.h"
+#include "block/stages/measured_first_poses.h"
 #include "core/base/error.h"
 #include "core/base/median.h"
-#include "core/geometry/intersection.h"
 #include "exterior/judge.h"
+#include "exterior/search/point_checks.h"
 #include "exterior/search/point_resection.h"
 #include "exterior/steps/resect.h"
 
@@ -25,6 +26,9 @@ namespace {
 constexpr double kPixelOfPhotoSystem_mm = 0.01;
 // Target accuracy of these, unless the block file states one: a pixel of a usual scan.
 constexpr double kTargetInPhotoSystem_mm = 0.03;
+
+// A camera that is to be calibrated displaces image points by so much of its principal distance.
+constexpr double kDoubtfulCamera = 1e-3;
 
 // Marks fit their positions in the camera file up to film and scanner errors; confused ones do not.
 std::optional<Finding> ConfusedMarks(const std::vector<PointPair2d>& pairs,
@@ -48,13 +52,20 @@ std::optional<Finding> ConfusedMarks(const std::vector<PointPair2d>& pairs,
                  .where = names};
 }
 
-Affine2d FilmTransform(const CameraFile& camera, const Measurements& measured,
-                       const std::string& photo, Matrix6d* covariance,
-                       std::optional<Finding>* confused) {
-  RequireKnownMarks(measured, photo, camera);
+// Marks' clicks and film deformation: one sigma of each mark in the photo system.
+std::vector<PointPair2d> WithFilm(std::vector<PointPair2d> pairs, const Affine2d& transform) {
+  const double pixel_mm = std::sqrt(std::abs(transform.A.determinant()));
+  for (PointPair2d& pair : pairs) pair.sigma = std::hypot(pair.sigma * pixel_mm, kFilmSigma_mm);
+  return pairs;
+}
+
+// Stores the film's transform with its covariance. Returns a finding where marks are confused.
+std::optional<Finding> SetFilm(const CameraFile& camera, const Measurements& measured,
+                               BlockPhoto* photo) {
+  RequireKnownMarks(measured, photo->name, camera);
   std::vector<PointPair2d> pairs;
   std::vector<std::string> ids;
-  for (const MarkMeasurement& mark : measured.MarksOf(photo))
+  for (const MarkMeasurement& mark : measured.MarksOf(photo->name))
     for (const Fiducial& fiducial : camera.fiducials)
       if (fiducial.id == mark.mark) {
         pairs.push_back({mark.pixel, fiducial.position_mm, mark.sigma_px});
@@ -62,138 +73,31 @@ Affine2d FilmTransform(const CameraFile& camera, const Measurements& measured,
       }
   const auto fit = pairs.size() >= 4 ? FitAffine(pairs) : std::nullopt;
   if (!fit)
-    throw InputError(measured.folder + ": photo " + photo +
+    throw InputError(measured.folder + ": photo " + photo->name +
                      " is measured in pixels, but fewer than four of its camera's marks are, or "
                      "they lie on one line; add them to marks.csv");
-  *covariance = fit->covariance;
-  *confused = ConfusedMarks(pairs, ids, fit->transform);
-  return fit->transform;
+  const auto with_film = FitAffine(WithFilm(pairs, fit->transform)).value();
+  photo->photo_from_pixel = with_film.transform;
+  photo->interior = PooledCovariance(with_film, 1);
+  return ConfusedMarks(pairs, ids, with_film.transform);
 }
 
-BlockPhoto PhotoOf(const CameraFile& camera, const Measurements& measured, const std::string& name,
+bool IsInPixels(const Measurements& own) { return own.image_points.front().pixel.has_value(); }
+
+// `own`: what was measured in the photo.
+BlockPhoto PhotoOf(const CameraFile& camera, const Measurements& own, const std::string& name,
                    std::optional<Finding>* confused) {
   BlockPhoto photo;
   photo.name = name;
-  const bool in_pixels = measured.ImagePointsOf(name).front().pixel.has_value();
-  if (!in_pixels)
+  if (camera.camera.kind == CameraKind::kFilm) photo.film_sigma_mm = kFilmSigma_mm;
+  if (!IsInPixels(own))
     photo.photo_from_pixel.A = kPixelOfPhotoSystem_mm * PhotoFromPixelAxes(ScanOrientation::kR0);
   else if (camera.camera.kind == CameraKind::kDigital)
     photo.photo_from_pixel = DigitalPhotoFromPixel(camera.camera);
   else
-    photo.photo_from_pixel = FilmTransform(camera, measured, name, &photo.interior, confused);
+    *confused = SetFilm(camera, own, &photo);
   return photo;
 }
-
-// In the photo system, mm.
-Eigen::Vector2d InPhoto(const BlockPhoto& photo, const ImagePointMeasurement& point) {
-  return point.pixel ? photo.photo_from_pixel * *point.pixel : *point.photo_mm;
-}
-
-// Poses and ground points that follow from one another, beginning with surveyed points.
-class FirstPoses {
- public:
-  FirstPoses(const MeasuredBlockInputs& inputs, std::vector<BlockPhoto>* photos)
-      : inputs_(inputs), photos_(*photos), oriented_(photos->size(), false) {
-    for (const GroundPoint& point : inputs.measured.points)
-      if (point.role == PointRole::kControl) known_[point.name] = point;
-    for (bool more = true; more;) {
-      more = false;
-      for (std::size_t i = 0; i < photos_.size(); ++i) more = Resect(i) || more;
-      if (more) Intersect();
-    }
-    TakeApproximations();
-  }
-
-  bool Oriented(std::size_t photo) const { return oriented_[photo]; }
-  // Findings of the photo's resection: wrong points, or why there is no pose.
-  const Findings& Of(const std::string& photo) { return findings_[photo]; }
-
- private:
-  bool Resect(std::size_t i) {
-    if (oriented_[i]) return false;
-    BlockPhoto& photo = photos_[i];
-    Measurements known = inputs_.measured;
-    known.points.clear();
-    for (const auto& [name, point] : known_) known.points.push_back(point);
-    exterior::FilmPosition position;
-    position.photo_from_pixel = photo.photo_from_pixel;
-    const exterior::PointResection answer = exterior::ResectByPoints(
-        inputs_.camera.camera, {position}, std::nullopt, PointsOf(known, photo.name, position));
-    findings_[photo.name] = answer.findings;
-    if (!answer.found) return false;
-    photo.approximate = answer.found->pose;
-    oriented_[i] = true;
-    return true;
-  }
-
-  // Takes approximations for the other photos. Without an attitude, kappa follows from the photo's
-  // points and all known positions.
-  void TakeApproximations() {
-    std::map<std::string, const OrientationRow*> rows;
-    for (const OrientationRow& row : inputs_.approximations) rows[row.photo] = &row;
-    std::vector<std::size_t> placed, turned;  // the latter index the former
-    for (std::size_t i = 0; i < photos_.size(); ++i) {
-      const auto row = rows.find(photos_[i].name);
-      if (!oriented_[i] && row == rows.end()) continue;
-      if (!oriented_[i]) {
-        photos_[i].approximate = row->second->pose;
-        oriented_[i] = row->second->attitude_known;
-        if (!oriented_[i]) turned.push_back(placed.size());
-      }
-      placed.push_back(i);
-    }
-    if (turned.empty()) return;
-    const auto kappas = KappasOf(placed);
-    for (const std::size_t k : turned) {
-      if (!kappas[k]) continue;
-      photos_[placed[k]].approximate.opk_rad[2] = *kappas[k];
-      oriented_[placed[k]] = true;
-    }
-  }
-
-  std::vector<std::optional<double>> KappasOf(const std::vector<std::size_t>& placed) const {
-    std::vector<LevelPhoto> level;
-    for (const std::size_t i : placed) {
-      level.push_back({photos_[i].approximate.position_m.head<2>(), {}});
-      for (const auto& point : inputs_.measured.ImagePointsOf(photos_[i].name))
-        level.back().seen_mm[point.point] =
-            InPhoto(photos_[i], point) - inputs_.camera.camera.principal_point_mm;
-    }
-    std::map<std::string, Eigen::Vector2d> ground_m;
-    for (const auto& [name, point] : known_) ground_m[name] = point.ground_m.head<2>();
-    return KappasByPlaces(level, ground_m);
-  }
-
-  void Intersect() {
-    std::map<std::string, std::vector<PhotoObservation>> seen;
-    for (std::size_t i = 0; i < photos_.size(); ++i) {
-      if (!oriented_[i]) continue;
-      const double pixel_mm = std::sqrt(std::abs(photos_[i].photo_from_pixel.A.determinant()));
-      for (const auto& point : inputs_.measured.ImagePointsOf(photos_[i].name)) {
-        const double sigma_mm = point.pixel ? point.sigma * pixel_mm : point.sigma;
-        seen[point.point].push_back({&inputs_.camera.camera, photos_[i].approximate,
-                                     InPhoto(photos_[i], point),
-                                     sigma_mm * sigma_mm * Eigen::Matrix2d::Identity()});
-      }
-    }
-    for (const auto& [name, photos] : seen) {
-      if (known_.contains(name) || photos.size() < 2) continue;
-      if (const auto met = IntersectPhotos(photos))
-        known_[name] = {name, met->ground_m,
-                        kPosesSigmas * met->covariance_m2.diagonal().cwiseSqrt(),
-                        PointRole::kControl};
-    }
-  }
-
-  // Factor on the sigmas of points intersected from poses, which have errors of their own.
-  static constexpr double kPosesSigmas = 5;
-
-  const MeasuredBlockInputs& inputs_;
-  std::vector<BlockPhoto>& photos_;
-  std::vector<bool> oriented_;
-  std::map<std::string, GroundPoint> known_;
-  std::map<std::string, Findings> findings_;
-};
 
 // Median height of the adjusted points.
 double MedianHeight(const AdjustedBlock& adjusted) {
@@ -203,27 +107,86 @@ double MedianHeight(const AdjustedBlock& adjusted) {
   return heights.empty() ? 0 : Median(std::move(heights));
 }
 
-// As elsewhere, a pose is judged by how precisely it projects the ground.
-void JudgePrecision(const AdjustedBlock& adjusted, std::size_t i, const MeasuredBlockInputs& inputs,
-                    ExteriorResult* result) {
-  const BlockPhoto& photo = adjusted.block.photos[i];
-  const PhotoView view{adjusted.block.cameras.front(), photo.photo_from_pixel, *result->pose,
-                       photo.film_correction};
-  const double height_m = MedianHeight(adjusted), pixel_m = view.GroundPixel(height_m);
+// What was measured in a photo and what the adjustment made of it.
+struct Seen {
+  int used = 0, ties = 0, rejected = 0;
+  double redundancy = 0;                          // of the used ones together
+  std::vector<exterior::MeasuredPoint> surveyed;  // the used ones that are, as adjusted
+  Matrix6d covariance = Matrix6d::Zero();         // of the adjusted pose, without film bending
+  std::vector<double> redundancies;               // of these, mean of both coordinates
+};
+
+std::vector<Seen> SeenIn(const AdjustedBlock& adjusted) {
+  std::vector<Seen> seen(adjusted.block.photos.size());
+  for (std::size_t i = 0; i < adjusted.result.photos.size(); ++i)
+    seen[i].covariance = adjusted.result.photos[i].covariance;
+  for (std::size_t i = 0; i < adjusted.block.observations.size(); ++i) {
+    const ImageObservation& observation = adjusted.block.observations[i];
+    const ObservationResult& result = adjusted.result.observations[i];
+    Seen& photo = seen[observation.photo];
+    if (result.state != ObservationState::kUsed) {
+      ++photo.rejected;
+      continue;
+    }
+    ++photo.used;
+    photo.ties += observation.point < adjusted.ties ? 1 : 0;
+    photo.redundancy += result.redundancy;
+    const auto& control = adjusted.block.points[observation.point].control;
+    const AdjustedPoint& point = adjusted.result.points[observation.point];
+    if (!control || point.control_rejected) continue;
+    photo.redundancies.push_back(result.redundancy / 2);
+    photo.surveyed.push_back({.name = {},
+                              .ground_m = point.ground_m,
+                              .sigma_m = control->covariance_m2.diagonal().cwiseSqrt(),
+                              .pixel = observation.pixel,
+                              .sigma_px = std::sqrt(observation.covariance_px2.trace() / 2)});
+  }
+  return seen;
+}
+
+// By how much a wrong image point of surveyed ground may displace the photo's projection before it
+// shows, pixels.
+double HiddenIn(const Seen& seen, const PhotoView& view, double height_m) {
+  exterior::PointPose pose{.position = {}, .pose = view.pose};
+  for (std::size_t i = 0; i < seen.surveyed.size(); ++i)
+    pose.hidden.push_back(exterior::HiddenBy(view, seen.covariance, seen.surveyed[i],
+                                             seen.surveyed.size(), seen.redundancies[i]));
+  return exterior::HiddenDisplacement(pose, view, height_m);
+}
+
+// As elsewhere, a pose is judged by how precisely it projects the ground, and by whether the points
+// check one another.
+void Judge(const AdjustedBlock& adjusted, std::size_t i, const Seen& seen, bool in_pixels,
+           const MeasuredBlockInputs& inputs, ExteriorResult* result) {
+  const double height_m = MedianHeight(adjusted);
+  const PhotoView view = ViewWithGivenFilm(adjusted.block, adjusted.result, i, height_m);
+  result->pose = view.pose;
+  const double pixel_m = view.GroundPixel(height_m);
   const double worst_px = exterior::WorstProjectionSigma(view, *result->covariance, height_m);
-  const bool scanned = inputs.measured.ImagePointsOf(photo.name).front().pixel.has_value();
-  const double target_px = scanned ? 1 : kTargetInPhotoSystem_mm / kPixelOfPhotoSystem_mm;
+  const double target_px = in_pixels ? 1 : kTargetInPhotoSystem_mm / kPixelOfPhotoSystem_mm;
   result->target_m = inputs.target_m.value_or(target_px * pixel_m);
   result->projection_sigma = exterior::ProjectionSigmaOf(worst_px, pixel_m);
-  if (!(worst_px <= *result->target_m / pixel_m))
+  const double wanted_px = *result->target_m / pixel_m;
+  if (!(worst_px <= wanted_px)) {
     result->findings.push_back({.reason = Reason::kPoorlyDetermined,
                                 .at_best = Status::kWeak,
                                 .value = worst_px,
-                                .limit = *result->target_m / pixel_m});
+                                .limit = wanted_px});
+    return;
+  }
+  // Photos that hang together check one another, as in other blocks.
+  const double hidden_px = seen.ties > 0 ? 0 : HiddenIn(seen, view, height_m);
+  const Finding checked =
+      exterior::JudgePointsAlone(seen.used, seen.rejected, worst_px, hidden_px, wanted_px);
+  if (checked.at_best != Status::kOk) result->findings.push_back(checked);
+  constexpr double kLeastRedundancy = 6;
+  if (seen.ties > 0 && seen.redundancy < kLeastRedundancy)
+    result->findings.push_back(
+        {Reason::kTiesUncontrolled, Status::kWeak, seen.redundancy, kLeastRedundancy});
 }
 
-ExteriorResult ResultOf(const AdjustedBlock& adjusted, std::size_t i,
-                        const MeasuredBlockInputs& inputs) {
+ExteriorResult ResultOf(const AdjustedBlock& adjusted, std::size_t i, const Seen& seen,
+                        bool in_pixels, const MeasuredBlockInputs& inputs) {
   const AdjustedPhoto& photo = adjusted.result.photos[i];
   ExteriorResult result;
   result.photo = adjusted.block.photos[i].name;
@@ -233,7 +196,6 @@ ExteriorResult ResultOf(const AdjustedBlock& adjusted, std::size_t i,
             ? Finding{Reason::kPhotosUndetermined, Status::kFailed, 1, {}, result.photo}
             : Finding{Reason::kBlockNotConverged, Status::kFailed}};
   } else {
-    result.pose = photo.pose;
     result.covariance = photo.covariance;
     result.ties = TieCount{photo.observations, photo.observations, std::nullopt};
     const BlockPart& part = adjusted.result.parts[static_cast<std::size_t>(photo.part)];
@@ -241,10 +203,36 @@ ExteriorResult ResultOf(const AdjustedBlock& adjusted, std::size_t i,
       result.findings.push_back({.reason = Reason::kNotConnected,
                                  .at_best = Status::kWeak,
                                  .where = part.finding ? ": " + Sentence(*part.finding) : ""});
-    JudgePrecision(adjusted, i, inputs, &result);
+    Judge(adjusted, i, seen, in_pixels, inputs, &result);
   }
   result.status = StatusOf(result.findings);
   return result;
+}
+
+// Results of the photos that could be adjusted, or have no first pose.
+void SetResults(const MeasuredBlockInputs& inputs, const MeasuredPhotos& measured,
+                const std::vector<BlockPhoto>& photos, const AdjustedBlock& adjusted,
+                const std::vector<Seen>& seen, FirstPoses* first,
+                std::map<std::string, ExteriorResult>* results) {
+  for (std::size_t i = 0, k = 0; i < photos.size(); ++i) {
+    const std::string& name = photos[i].name;
+    ExteriorResult& result = (*results)[name];
+    if (first->Oriented(i)) {
+      result = ResultOf(adjusted, k, seen[k], IsInPixels(measured.at(name)), inputs);
+      ++k;
+    }
+    for (Finding finding : first->Of(name)) {
+      if (first->Oriented(i)) finding.at_best = Status::kOk;  // found by other means
+      result.findings.push_back(finding);
+    }
+    ApplyVerdict(inputs.measured, &result);
+  }
+}
+
+std::vector<std::string> NamesOf(const MeasuredPhotos& measured) {
+  std::vector<std::string> names;
+  for (const auto& [name, own] : measured) names.push_back(name);
+  return names;
 }
 
 BlockOptions OptionsOf(const MeasuredBlockInputs& inputs) {
@@ -260,15 +248,14 @@ BlockOptions OptionsOf(const MeasuredBlockInputs& inputs) {
 }  // namespace
 
 JudgedBlock AdjustMeasurements(const MeasuredBlockInputs& inputs) {
-  std::set<std::string> names;
-  for (const auto& seen : inputs.measured.image_points) names.insert(seen.photo);
-  if (names.empty())
+  MeasuredPhotos measured = ByPhoto(inputs.measured);
+  if (measured.empty())
     throw InputError(inputs.measured.folder +
                      " holds no image points: give image_points.csv, or photos and a patch "
                      "database in the block file");
   std::vector<BlockPhoto> photos;
   std::map<std::string, ExteriorResult> results;  // by photo
-  for (const std::string& name : names) {
+  for (const auto& [name, own] : measured) {
     ExteriorResult& result = results[name];
     result.photo = name;
     if (inputs.measured.DecisionOn(name, DecisionKind::kReject)) {
@@ -276,13 +263,16 @@ JudgedBlock AdjustMeasurements(const MeasuredBlockInputs& inputs) {
       continue;
     }
     std::optional<Finding> confused;
-    photos.push_back(PhotoOf(inputs.camera, inputs.measured, name, &confused));
+    photos.push_back(PhotoOf(inputs.camera, own, name, &confused));
     AddKnown(inputs.known, &photos.back());
     if (!confused) continue;
     photos.pop_back();
     exterior::Add(*confused, &result);
   }
-  FirstPoses first(inputs, &photos);
+  const double camera_sigma_mm =
+      inputs.self_calibration ? kDoubtfulCamera * inputs.camera.camera.principal_distance_mm : 0;
+  FirstPoses first({inputs.camera.camera, camera_sigma_mm}, inputs.measured.points,
+                   inputs.approximations, &measured, &photos);
   JudgedBlock done;
   AdjustedBlock& adjusted = done.adjusted;
   adjusted.block.cameras = {inputs.camera.camera};
@@ -298,18 +288,13 @@ JudgedBlock AdjustMeasurements(const MeasuredBlockInputs& inputs) {
         adjusted.block.photos.size(), inputs.sub_block_photos));
   if (!adjusted.block.photos.empty())
     adjusted.result = AdjustWholeOrInSubBlocks(adjusted.block, OptionsOf(inputs));
+  const std::vector<Seen> seen = SeenIn(adjusted);
+  const double height_m = MedianHeight(adjusted);
+  AddFilmBends([=](const Camera&, const Pose&) { return height_m; }, &adjusted);
   done.findings = adjusted.result.findings;
-  if (auto unknown = UnknownPhotos(inputs.measured, {names.begin(), names.end()}))
+  if (auto unknown = UnknownPhotos(inputs.measured, NamesOf(measured)))
     done.findings.push_back(*std::move(unknown));
-  for (std::size_t i = 0, k = 0; i < photos.size(); ++i) {
-    ExteriorResult& result = results[photos[i].name];
-    if (first.Oriented(i)) result = ResultOf(adjusted, k++, inputs);
-    for (Finding finding : first.Of(photos[i].name)) {
-      if (first.Oriented(i)) finding.at_best = Status::kOk;  // found by other means
-      result.findings.push_back(finding);
-    }
-    ApplyVerdict(inputs.measured, &result);
-  }
+  SetResults(inputs, measured, photos, adjusted, seen, &first, &results);
   for (auto& [name, result] : results) done.results.push_back(std::move(result));
   return done;
 }

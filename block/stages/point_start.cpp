@@ -1,5 +1,7 @@
 #include "block/stages/point_start.h"
 
+#include <fmt/ranges.h>
+
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
@@ -101,6 +103,26 @@ int Wrong(const PointStart& start) {
   return control - start.by_points->Used();
 }
 
+// Points measured in the photo system give the same pose however the film lies on its scan, and do
+// not tell that. Of a film that may lie in several ways they alone are control. Returns whether
+// there are any and several ways.
+bool LeavePositionOpen(std::size_t positions, std::vector<exterior::MeasuredPoint>* points) {
+  const auto in_photo_system = [](const auto& point) { return point.in_photo_system; };
+  if (positions < 2 || std::none_of(points->begin(), points->end(), in_photo_system)) return false;
+  for (exterior::MeasuredPoint& point : *points) point.control &= point.in_photo_system;
+  return true;
+}
+
+std::optional<Finding> PositionOpen(const std::vector<exterior::FilmPosition>& positions) {
+  std::vector<std::string_view> names;
+  for (const exterior::FilmPosition& position : positions)
+    if (position.orientation) names.push_back(Name(*position.orientation));
+  if (names.size() < 2) return std::nullopt;
+  return Finding{.reason = Reason::kOrientationOpen,
+                 .at_best = Status::kWeak,
+                 .where = fmt::format("{}", fmt::join(names, ", "))};
+}
+
 // A finding about patches that were searched for in vain; few prove nothing.
 std::optional<Finding> WithoutPatches(const ExteriorResult& tried) {
   constexpr std::size_t kTelling = 20;
@@ -129,17 +151,20 @@ PointStart StartOf(const ExteriorSetting& setting, const std::string& name,
                    .stated = stated,
                    .approximation_is_stated = stated};
   start.points = PointsOf(setting.options.measurements, name, interior->positions.front());
+  const bool open = LeavePositionOpen(interior->positions.size(), &start.points);
   const auto is_control = [](const exterior::MeasuredPoint& point) { return point.control; };
   if (std::none_of(start.points.begin(), start.points.end(), is_control)) return start;
-  exterior::PointResection resection = exterior::ResectByPoints(
-      setting.camera.camera, interior->positions, start.prior, start.points);
+  std::vector<exterior::FilmPosition> positions = interior->positions;
+  if (open) positions.resize(1);
+  exterior::PointResection resection =
+      exterior::ResectByPoints(setting.camera.camera, positions, start.prior, start.points);
   start.findings = std::move(resection.findings);
   if (!resection.found) return start;
   start.by_points = std::move(resection.found);
-  if (approximation)
+  if (approximation && !open)
     exterior::LetPriorDecidePosition(interior->positions, *approximation,
                                      &start.by_points->position, &start.by_points->pose);
-  interior->positions = {start.by_points->position};
+  if (!open) interior->positions = {start.by_points->position};
   start.by_points_began = true;
   start.prior = PriorOf(*start.by_points);
   const auto together = approximation && !resection.with_prior
@@ -176,8 +201,8 @@ void OrientByPoints(const ExteriorSetting& setting, const exterior::PhotoToOrien
   const double hidden_px = exterior::HiddenDisplacement(by_points, view, height_m);
   result->findings = {exterior::JudgePointsAlone(by_points.Used(), Wrong(start), worst_px,
                                                  hidden_px, *result->target_m / pixel_m)};
-  for (const auto& finding :
-       {in_vain, AgainstApproximation(start), AgainstDem(setting, start, pixel_m)})
+  for (const auto& finding : {in_vain, PositionOpen(photo.positions), AgainstApproximation(start),
+                              AgainstDem(setting, start, pixel_m)})
     if (finding) result->findings.push_back(*finding);
   result->status = StatusOf(result->findings);
 }

@@ -32,7 +32,8 @@ struct PointStart {
 const exterior::FilmPosition& PositionAs(const std::vector<exterior::FilmPosition>& positions,
                                          const std::optional<ScanOrientation>& orientation);
 
-// With a pose by points, of the positions of the film only that one is left.
+// With a pose by points, of the positions of the film only that one is left; all of them where the
+// points were measured in the photo system, which does not tell the position.
 PointStart StartOf(const ExteriorSetting& setting, const std::string& name,
                    const std::optional<PosePrior>& approximation, bool stated,
                    ScanInterior* interior);

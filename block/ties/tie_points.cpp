@@ -6,17 +6,16 @@
 #include "block/ties/tie_places.h"
 #include "core/base/error.h"
 #include "core/base/side_by_side.h"
+#include "core/matching/least_squares_matching.h"
 
 namespace orient::block {
 namespace {
 
-// Sigma of the errors beyond grey-value noise, which is all that matching's covariance includes.
-constexpr double kModelSigma_px = 0.1;
-
 // Each photo takes half of the covariance of a difference of two photos: then the differences of
 // any two photos of the tie are equally uncertain.
 void ShareCovariance(MeasuredTie* tie) {
-  const Eigen::Matrix2d model = kModelSigma_px * kModelSigma_px * Eigen::Matrix2d::Identity();
+  const Eigen::Matrix2d model =
+      kMatchModelSigma_px * kMatchModelSigma_px * Eigen::Matrix2d::Identity();
   double owners = 0;
   for (std::size_t i = 1; i < tie->seen.size(); ++i) {
     Eigen::Matrix2d& covariance = tie->seen[i].covariance_px2;

@@ -204,18 +204,12 @@ void UseCalibratedCamera(const AdjustmentInputs& inputs, const AdjustedBlock& ad
     result->pose = *pose;
 }
 
-// The adjustment moves a photo's film transform within its covariance. The result keeps the film
-// transform of interior orientation, so the pose is converted such that both show what the
-// adjusted photo shows.
 PhotoView WithOwnFilm(const AdjustmentInputs& inputs, const AdjustedBlock& adjusted,
                       std::size_t photo) {
-  const PhotoView moved = AdjustedView(adjusted.block, adjusted.result, photo);
-  PhotoView own = moved;
-  own.photo_from_pixel = adjusted.block.photos[photo].photo_from_pixel;
-  if (adjusted.result.photos[photo].interior_correction.isZero()) return own;
-  const double height_m = GroundHeightUnder(inputs.surface, moved.camera, moved.pose);
-  own.pose = PoseShowingTheSame(moved, own, height_m).value_or(moved.pose);
-  return own;
+  const Camera& camera = adjusted.result.cameras[adjusted.block.photos[photo].camera];
+  return ViewWithGivenFilm(
+      adjusted.block, adjusted.result, photo,
+      GroundHeightUnder(inputs.surface, camera, adjusted.result.photos[photo].pose));
 }
 
 ExteriorResult NotConverged(const BlockPhotoFile& file, const Sightings& sightings) {

@@ -83,4 +83,8 @@ bool WritePoseCovariance(const std::string& directory, bool wanted, const Adjust
   return true;
 }
 
+Finding NoPoseCovariance() {
+  return {.reason = Reason::kNoPoseCovariance, .limit = kMostForFullCovariance};
+}
+
 }  // namespace orient::block

@@ -17,4 +17,7 @@ std::string PoseCovariancePath(const std::string& directory);
 bool WritePoseCovariance(const std::string& directory, bool wanted, const AdjustedBlock& adjusted,
                          const std::vector<ExteriorResult>& results);
 
+// Where it is wanted, and there is none.
+Finding NoPoseCovariance();
+
 }  // namespace orient::block

@@ -1,6 +1,6 @@
 #include "core/base/csv_cell.h"
 
-#include <charconv>
+#include "core/base/number_text.h"
 
 namespace orient {
 namespace {
@@ -11,9 +11,7 @@ bool IsFormula(std::string_view text) {
   if (first == std::string_view::npos ||
       std::string_view("=+-@").find(text[first]) == std::string_view::npos)
     return false;
-  double number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error != std::errc() || end != text.data() + text.size();
+  return !NumberIn(text);
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 
 #include <array>
 #include <cerrno>
-#include <charconv>
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
@@ -16,6 +15,8 @@
 #include <string_view>
 #include <system_error>
 #include <vector>
+
+#include "core/base/number_text.h"
 
 namespace orient {
 namespace {
@@ -31,9 +32,7 @@ bool TakeEnd(std::string_view* text, std::string_view end) {
 
 // The process id given by these digits; 0: they are not a possible one.
 pid_t ProcessOf(std::string_view digits) {
-  pid_t process = 0;
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), process);
-  return error == std::errc() && end == digits.data() + digits.size() && process > 0 ? process : 0;
+  return std::max(NumberIn<pid_t>(digits).value_or(0), 0);
 }
 
 bool IsCount(std::string_view digits) {

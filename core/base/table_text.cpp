@@ -4,12 +4,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 
 #include "core/base/atomic_write.h"
 #include "core/base/csv_cell.h"
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/base/trimmed.h"
 
 namespace orient {
@@ -53,15 +52,11 @@ std::size_t TableText::FirstInk(const std::string& line, std::size_t from) const
 }
 
 double TableText::Number(const TableCell& cell, const std::string& name) const {
-  const char* first = cell.text.data();
-  const char* last = first + cell.text.size();
-  if (first != last && *first == '+') ++first;
-  double number = 0;
-  const auto [end, error] = std::from_chars(first, last, number);
-  if (first == last || error != std::errc() || end != last || !std::isfinite(number))
+  const auto number = SignedNumberIn(cell.text);
+  if (!number)
     Fail(cell,
          name + " is \"" + cell.text + "\"; it must be a number with a point as its decimal mark");
-  return number;
+  return *number;
 }
 
 std::string TableText::Where() const { return fmt::format("{}, line {}", path_, line_); }

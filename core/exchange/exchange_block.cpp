@@ -96,7 +96,8 @@ void RequireSound(const ExchangeBlock& block, const std::string& origin) {
   for (const ExchangeCamera& camera : block.cameras)
     if (!camera.focal_px.allFinite() || !camera.principal_px.allFinite() ||
         !(camera.focal_px.minCoeff() >= 0) || std::min(camera.width, camera.height) < 0 ||
-        (camera.width == 0) != (camera.height == 0))
+        (camera.width == 0) != (camera.height == 0) ||
+        (camera.width > 0 && !(camera.focal_px.minCoeff() > 0)))
       throw InputError(origin + ": the camera '" + camera.name +
                        "' has an impossible size, focal length or principal point");
 }

@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <sstream>
 
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 
 namespace orient {
 namespace {
@@ -128,15 +128,10 @@ std::vector<TextLine> ReadTextLines(const std::string& path, const std::string& 
 }
 
 double ParseNumber(const std::string& word, const std::string& where, const std::string& what) {
-  const std::string number_word = WithExponentE(word);
-  const char* first = number_word.data();
-  const char* last = first + number_word.size();
-  if (first != last && *first == '+') ++first;
-  double number = 0;
-  const auto [end, error] = std::from_chars(first, last, number);
-  if (first == last || error != std::errc() || end != last || !std::isfinite(number))
+  const auto number = SignedNumberIn(WithExponentE(word));
+  if (!number)
     throw InputError(fmt::format("{}: {} is \"{}\"; it must be a number", where, what, word));
-  return number;
+  return *number;
 }
 
 int WholeNumber(double number, const std::string& where, const std::string& what) {

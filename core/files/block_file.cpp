@@ -18,7 +18,6 @@
 #include "core/files/orientation_table.h"
 #include "core/files/toml_fields.h"
 #include "core/geometry/rotation.h"
-#include "core/geometry/sigma.h"
 
 namespace orient {
 namespace {
@@ -64,8 +63,8 @@ std::vector<std::string> Matches(const std::string& pattern, const std::string& 
     if (found.empty()) throw InputError("no photo matches " + pattern + "; check the spelling");
     return found;
   }
+  std::error_code ignored;  // a link to itself is a photo that cannot be opened
   if (const std::string plain = Resolve(base, pattern); IsVirtual(plain) || Exists(plain)) {
-    std::error_code ignored;
     if (!IsVirtual(plain) && fs::is_directory(plain, ignored))
       throw InputError(plain + " is a folder; name the photos in it, as in " + plain + "/*.tif");
     return {plain};
@@ -76,7 +75,7 @@ std::vector<std::string> Matches(const std::string& pattern, const std::string& 
                           nullptr, &found);
   std::vector<std::string> paths;
   for (size_t i = 0; status == 0 && i < found.gl_pathc; ++i)
-    if (!fs::is_directory(found.gl_pathv[i]))
+    if (!fs::is_directory(found.gl_pathv[i], ignored))
       paths.push_back(fs::path(found.gl_pathv[i]).lexically_normal().string());
   globfree(&found);
   if (paths.empty())
@@ -109,9 +108,9 @@ void ReadAccuracy(const TomlTable& root, BlockFile* block) {
   const auto table =
       root.FindTable("approximate_accuracy", {"position_m", "attitude_deg", "observe"});
   if (!table) return;
-  if (table->Has("position_m")) block->position_sigma_m = table->PositiveNumber("position_m");
-  if (table->Has("attitude_deg"))
-    block->attitude_sigma_rad = RadFromDeg(table->PositiveNumber("attitude_deg"));
+  block->position_sigma_m = table->FindSigma("position_m");
+  if (const auto deg = table->FindSigma("attitude_deg"))
+    block->attitude_sigma_rad = RadFromDeg(*deg);
   block->observe_approximations = table->FindFlag("observe").value_or(false);
 }
 
@@ -170,11 +169,7 @@ void ReadGnss(const TomlTable& root, const std::string& base, BlockFile* block) 
   if (!table) return;
   GnssChoice& gnss = block->gnss;
   gnss.positions = ExistingFile(*table, "positions", base);
-  if (table->Has("sigma_m")) {
-    gnss.sigma_m = table->PositiveNumber("sigma_m");
-    if (const std::string why = SigmaProblem(*gnss.sigma_m); !why.empty())
-      table->Fail("sigma_m", fmt::format("is {:g}; {}", *gnss.sigma_m, why));
-  }
+  gnss.sigma_m = table->FindSigma("sigma_m");
   static const std::map<std::string, GnssModel> models = {
       {"plain", GnssModel::kPlain},
       {"shift", GnssModel::kShift},

@@ -200,7 +200,7 @@ const std::vector<Wording>& Wordings() {  // NOLINT(readability-function-size): 
       {Reason::kPointsOffPose, "points_off_pose",
        "measured ground points that the pose projects elsewhere: {where}"},
       {Reason::kByPointsAlone, "by_points_alone",
-       "oriented by {value:.0f} measured ground points alone ({limit:.0f} are needed without "
+       "oriented by {value:.0f} measured points alone ({limit:.0f} are needed without "
        "patches): {where}"},
       {Reason::kLittleOtherControl, "little_other_control",
        "oriented by measured ground points and ties: besides its own, the block has {value:.0f} "

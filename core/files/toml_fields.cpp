@@ -10,6 +10,7 @@
 
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
+#include "core/geometry/sigma.h"
 
 namespace orient {
 namespace {
@@ -160,6 +161,13 @@ std::optional<double> TomlTable::FindNumber(std::string_view key) const {
   const auto number = node->is_number() ? node->value<double>() : std::nullopt;
   if (!number || !std::isfinite(*number)) Fail(key, "must be a number, not " + Shown(*node));
   return number;
+}
+
+std::optional<double> TomlTable::FindSigma(std::string_view key) const {
+  const auto sigma = FindNumber(key);
+  if (const std::string why = SigmaProblem(sigma.value_or(1)); !why.empty())
+    Fail(key, fmt::format("is {:g}; {}", *sigma, why));
+  return sigma;
 }
 
 std::optional<int> TomlTable::FindCount(std::string_view key) const {

@@ -29,6 +29,7 @@ class TomlTable {
 
   std::optional<std::string> FindText(std::string_view key) const;
   std::optional<double> FindNumber(std::string_view key) const;  // finite
+  std::optional<double> FindSigma(std::string_view key) const;   // a standard deviation
   std::optional<int> FindCount(std::string_view key) const;      // a whole number
   std::optional<bool> FindFlag(std::string_view key) const;      // true or false
   std::optional<std::vector<double>> FindNumbers(std::string_view key) const;

@@ -20,6 +20,10 @@ enum class LsmGeometry { kShift, kSimilarity, kAffine };
 // One sigma along an edge, where the match is undetermined: practically no information.
 inline constexpr double kOpenAlongEdge_px = 50;
 
+// The covariance of a match knows the grey values' noise only. Relief between the heights' nodes
+// and change of the scene add what no single match can see: one sigma of a coordinate, scan pixels.
+inline constexpr double kMatchModelSigma_px = 0.1;
+
 struct LsmOptions {
   LsmGeometry geometry = LsmGeometry::kAffine;
   bool radiometric = true;  // estimate offset and gain

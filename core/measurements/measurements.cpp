@@ -4,9 +4,10 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <sstream>
+
+#include "core/base/number_text.h"
 
 namespace orient {
 namespace {
@@ -31,20 +32,12 @@ std::vector<Measured> OfPhoto(const std::vector<Measured>& all, const std::strin
   return own;
 }
 
-std::optional<double> NumberOf(const std::string& text) {
-  double number = 0;
-  const char* last = text.data() + text.size();
-  const auto [end, error] = std::from_chars(text.data(), last, number);
-  if (error != std::errc() || end != last) return std::nullopt;
-  return number;
-}
-
 // "X Y SIGMA".
 std::optional<DecidedPosition> PositionIn(const std::string& text) {
   std::istringstream words(text);
   std::string x, y, sigma, more;
   if (!(words >> x >> y >> sigma) || words >> more) return std::nullopt;
-  const auto east = NumberOf(x), north = NumberOf(y), sigma_m = NumberOf(sigma);
+  const auto east = NumberIn(x), north = NumberIn(y), sigma_m = NumberIn(sigma);
   constexpr double kFarthest_m = 1e9, kLargestSigma_m = 1e6;
   if (!east || !north || !sigma_m || !(std::abs(*east) < kFarthest_m) ||
       !(std::abs(*north) < kFarthest_m) || !(*sigma_m > 0 && *sigma_m <= kLargestSigma_m))
@@ -106,7 +99,7 @@ std::optional<Polarity> Measurements::PolarityOf(const std::string& photo) const
 
 std::optional<double> Measurements::PixelSizeOf_um(const std::string& photo) const {
   const Decision* decision = DecisionOn(photo, DecisionKind::kPixelSize);
-  return decision ? NumberOf(decision->value) : std::nullopt;
+  return decision ? NumberIn(decision->value) : std::nullopt;
 }
 
 std::optional<DecidedPosition> Measurements::PositionOf(const std::string& photo) const {
@@ -155,7 +148,7 @@ std::string DecisionProblem(DecisionKind kind, const std::string& value) {
     case DecisionKind::kPixelSize:
       break;
   }
-  const auto number = NumberOf(value);
+  const auto number = NumberIn(value);
   return number && *number >= 1 && *number <= 1000 ? "" : "must lie between 1 and 1000 micrometres";
 }
 

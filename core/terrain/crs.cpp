@@ -41,7 +41,9 @@ std::optional<OGRSpatialReference> UnderstandWhole(const std::string& definition
 
 std::optional<OGRSpatialReference> Understand(const std::string& definition) {
   auto crs = UnderstandWhole(definition);
-  if (crs) crs->StripVertical();
+  if (!crs) return crs;
+  crs->StripVertical();
+  if (crs->GetAxesCount() == 3) crs->DemoteTo2D(nullptr);  // with heights above the ellipsoid
   return crs;
 }
 
@@ -68,7 +70,9 @@ bool IsEastNorth(const OGRSpatialReference& crs) {
 std::string Exported(const OGRSpatialReference& crs, const char* format) {
   const QuietGdal quiet;
   const std::string option = std::string("FORMAT=") + format;
-  const char* const options[] = {option.c_str(), nullptr};
+  // Heights above the ellipsoid are a third axis; WKT 1 knows such heights only by themselves.
+  const char* const options[] = {option.c_str(), "ALLOW_ELLIPSOIDAL_HEIGHT_AS_VERTICAL_CRS=YES",
+                                 nullptr};
   char* text = nullptr;
   const bool ok = crs.exportToWkt(&text, options) == OGRERR_NONE && text != nullptr;
   const std::string wkt = ok ? text : "";
@@ -76,6 +80,26 @@ std::string Exported(const OGRSpatialReference& crs, const char* format) {
   if (!ok)
     throw InputError("the CRS cannot be written as " + std::string(format) + quiet.Message());
   return wkt;
+}
+
+struct HeightUnit {
+  std::string name;
+  double metres = 1;
+};
+
+// Of a vertical CRS, or of heights above the ellipsoid as a third axis; WKT 1 knows these only by
+// themselves, and tells their unit. Empty where the CRS has no heights.
+std::optional<HeightUnit> UnitOfHeights(const OGRSpatialReference& crs) {
+  if (crs.IsVertical() == 0 && crs.GetAxesCount() != 3) return std::nullopt;
+  const std::string wkt = Exported(crs, "WKT1_GDAL");
+  const char* text = wkt.c_str();
+  OGR_SRSNode root;
+  if (root.importFromWkt(&text) != OGRERR_NONE) return std::nullopt;
+  const OGR_SRSNode* heights = root.GetNode("VERT_CS");
+  const int unit = heights == nullptr ? -1 : heights->FindChild("UNIT");
+  if (unit < 0 || heights->GetChild(unit)->GetChildCount() < 2) return std::nullopt;
+  return HeightUnit{heights->GetChild(unit)->GetChild(0)->GetValue(),
+                    CPLAtof(heights->GetChild(unit)->GetChild(1)->GetValue())};
 }
 
 }  // namespace
@@ -141,14 +165,14 @@ std::optional<double> FullTurnOf(const std::string& definition) {
 void RequireHeightsInMetres(const std::string& definition, const std::string& origin) {
   const QuietGdal quiet;
   const auto crs = UnderstandWhole(definition);
-  if (!crs || crs->IsVertical() == 0) return;
-  const char* unit = nullptr;
-  const double metres = crs->GetTargetLinearUnits("VERT_CS", &unit);
-  if (std::abs(metres - 1) > 1e-12)
+  if (!crs) return;
+  const std::optional<HeightUnit> unit = UnitOfHeights(*crs);
+  if (unit && std::abs(unit->metres - 1) > 1e-12)
     throw InputError(
         fmt::format("{}: the heights of the CRS {} are in '{}', not in metres; convert "
                     "them, and write the CRS without them (gdal_edit.py -a_srs)",
-                    origin, Quoted(crs->GetName()), unit == nullptr ? "" : unit));
+                    origin, Quoted(crs->GetName()), unit->name));
+  if (crs->IsVertical() == 0) return;
   OGRAxisOrientation orientation = OAO_Up;
   crs->GetAxis("VERT_CS", 0, &orientation);
   if (orientation == OAO_Down)

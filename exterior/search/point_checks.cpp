@@ -54,6 +54,17 @@ PointCheck CheckPoint(const PhotoView& view, const Matrix6d& covariance, const M
   return check;
 }
 
+Matrix6d HiddenBy(const PhotoView& view, const Matrix6d& covariance, const MeasuredPoint& point,
+                  std::size_t points, double redundancy) {
+  const auto d = PixelFromGroundWithDerivatives(view, point.ground_m);
+  if (!d) return Matrix6d::Zero();
+  const Eigen::LLT<Eigen::Matrix2d> observed(ObservedCovariance(point, *d));
+  const Eigen::Matrix<double, 6, 2> moved =
+      covariance * observed.matrixL().solve(d->by_pose).transpose();
+  const double shows = std::sqrt(PointChiSquareLimit(points)) + kPower;
+  return moved * moved.transpose() * (shows * shows / std::max(redundancy, kLeastRedundancy));
+}
+
 double HiddenDisplacement(const PointPose& pose, const PhotoView& view, double height_m) {
   double worst_px2 = 0;
   for (const SeenPlace& place : OutermostInFrame(view.camera, view.pose, height_m)) {

@@ -33,6 +33,11 @@ struct PointCheck {
 PointCheck CheckPoint(const PhotoView& view, const Matrix6d& covariance, const MeasuredPoint& point,
                       std::size_t points);
 
+// PointCheck::hidden where an adjustment of more than this photo tells the point's redundancy
+// (0..1, mean of both coordinates) and the pose's covariance.
+Matrix6d HiddenBy(const PhotoView& view, const Matrix6d& covariance, const MeasuredPoint& point,
+                  std::size_t points, double redundancy);
+
 // By how much an error of one point, the smallest that its test detects in four of five cases, may
 // displace the projection in the frame's worst corner, pixels.
 double HiddenDisplacement(const PointPose& pose, const PhotoView& view, double height_m);

@@ -4,6 +4,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -36,6 +37,15 @@ struct Fit {
   std::vector<PointCheck> checks = {};  // of each point
   bool passes = false;
 };
+
+// The t-th of all triples of n points, in lexical order.
+std::array<std::size_t, 3> TripleOf(std::size_t t, std::size_t n) {
+  std::size_t a = 0, b = 1;
+  const auto pairs = [](std::size_t of) { return of * (of - 1) / 2; };
+  for (; t >= pairs(n - 1 - a); ++a) t -= pairs(n - 1 - a);
+  for (b = a + 1; t >= n - 1 - b; ++b) t -= n - 1 - b;
+  return {a, b, b + 1 + t};
+}
 
 // Adjusts poses for one film position.
 class PointAdjuster {
@@ -93,14 +103,10 @@ class PointAdjuster {
 
   void FindStarts() {
     if (prior_) starts_.push_back(prior_->pose);
-    const std::size_t n = points_.size();
-    std::vector<std::array<std::size_t, 3>> triples;
-    for (std::size_t a = 0; a < n; ++a)
-      for (std::size_t b = a + 1; b < n; ++b)
-        for (std::size_t c = b + 1; c < n; ++c) triples.push_back({a, b, c});
-    const std::size_t step = 1 + triples.size() / kMostTriples;
-    for (std::size_t t = 0; t < triples.size(); t += step) {
-      const auto& [a, b, c] = triples[t];
+    const std::size_t n = points_.size(), triples = n < 3 ? 0 : n * (n - 1) / 2 * (n - 2) / 3;
+    const std::size_t step = 1 + triples / kMostTriples;
+    for (std::size_t t = 0; t < triples; t += step) {
+      const auto [a, b, c] = TripleOf(t, n);
       for (const Pose& pose :
            ResectThreePoints(view_.camera, {observations_[a], observations_[b], observations_[c]}))
         if (pose.position_m.z() > points_[a].ground_m.z()) starts_.push_back(pose);

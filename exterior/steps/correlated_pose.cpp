@@ -329,7 +329,9 @@ std::optional<CorrelatedPose> EstimateCorrelatedPose(
   estimate.honest_covariance = covariances.honest.topLeftCorner<6, 6>();
   estimate.common_height_covariance = covariances.common_height_covariance.topLeftCorner<6, 6>();
   estimate.principal_distance_mm = distance_mm;
-  if (unknown) estimate.principal_distance_sigma_mm = std::sqrt(covariances.honest(6, 6));
+  if (!unknown) return estimate;
+  estimate.principal_distance_sigma_mm = std::sqrt(covariances.honest(6, 6));
+  estimate.with_distance = covariances.honest;
   return estimate;
 }
 

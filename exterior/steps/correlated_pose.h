@@ -20,6 +20,8 @@
 
 namespace orient::exterior {
 
+using Matrix7d = Eigen::Matrix<double, 7, 7>;
+
 // Of a camera whose calibration is lost or doubtful.
 struct PrincipalDistancePrior {
   double value_mm = 0, sigma_mm = 0;
@@ -39,6 +41,8 @@ struct CorrelatedPose {
   // Estimated with the pose where it is an unknown: what it leaves open is in the pose's
   // covariances. Sigma with what residuals do not show.
   double principal_distance_mm = 0, principal_distance_sigma_mm = 0;
+  // Honest covariance of the pose and the principal distance (mm).
+  Matrix7d with_distance = Matrix7d::Zero();
 };
 
 // Gauss-Newton from view.pose, variance components by restricted maximum likelihood (Patterson &

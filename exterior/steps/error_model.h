@@ -5,10 +5,6 @@
 
 namespace orient::exterior {
 
-// Matching's covariance knows the grey values' noise only. Relief between the heights' nodes and
-// change of the scene add what no single match can see: one sigma of a coordinate, scan pixels.
-inline constexpr double kModelSigmaPx = 0.1;
-
 // An edge is known across its direction only (LsmResult::along): one of its axes has a larger sigma
 // than this, no other match has.
 inline constexpr double kLeastSigmaOfEdge_px = 10;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/geometry/collinearity.h"
+#include "core/matching/least_squares_matching.h"
 #include "exterior/steps/error_model.h"
 #include "exterior/steps/linearised_matches.h"
 
@@ -26,7 +27,8 @@ PatchObservation ObservationOf(const patchdb::Patch& patch, const Eigen::Vector2
                                const Eigen::Matrix2d& covariance_px2, const PhotoView& view) {
   PatchObservation observation{patch.ground_m, pixel, covariance_px2};
   observation.source = patch.source_id;
-  observation.covariance_px2 += kModelSigmaPx * kModelSigmaPx * Eigen::Matrix2d::Identity();
+  observation.covariance_px2 +=
+      kMatchModelSigma_px * kMatchModelSigma_px * Eigen::Matrix2d::Identity();
   if (patch.height_effect && patch.height_sigma_m) {
     observation.height_effect = *patch.height_effect;
     observation.height_sigma_m = *patch.height_sigma_m;

@@ -293,18 +293,39 @@ std::optional<PoseEstimate> EstimatePose(const PhotoView& view, const PosePrior&
   return estimate;
 }
 
-double WorstProjectionSigma(const PhotoView& view, const Matrix6d& covariance, double height_m) {
+namespace {
+
+// `unknowns_of`: the derivatives by the unknowns that the covariance is of.
+template <typename Covariance, typename UnknownsOf>
+double WorstSigma(const PhotoView& view, const Covariance& covariance, double height_m,
+                  const UnknownsOf& unknowns_of) {
   constexpr double kUnknown = std::numeric_limits<double>::infinity();
   double worst = -1;  // no point of the frame shows the ground yet
   for (const SeenPlace& place : OutermostInFrame(view.camera, view.pose, height_m)) {
     const auto d = PixelFromGroundWithDerivatives(view, place.ground_m);
     if (!d) continue;
-    const Eigen::Matrix2d pixel_covariance = d->by_pose * covariance * d->by_pose.transpose();
+    const auto by_unknowns = unknowns_of(*d);
+    const Eigen::Matrix2d pixel_covariance = by_unknowns * covariance * by_unknowns.transpose();
     const double variance = pixel_covariance.diagonal().maxCoeff();
     if (!(variance >= 0)) return kUnknown;
     worst = std::max(worst, std::sqrt(variance));
   }
   return worst < 0 ? kUnknown : worst;
+}
+
+}  // namespace
+
+double WorstProjectionSigma(const PhotoView& view, const Matrix6d& covariance, double height_m) {
+  return WorstSigma(view, covariance, height_m,
+                    [](const PixelDerivatives& d) { return d.by_pose; });
+}
+
+double WorstSigmaWithDistance(const PhotoView& view, const Matrix7d& covariance, double height_m) {
+  return WorstSigma(view, covariance, height_m, [](const PixelDerivatives& d) {
+    Eigen::Matrix<double, 2, 7> by_unknowns;
+    by_unknowns << d.by_pose, d.by_principal_distance;
+    return by_unknowns;
+  });
 }
 
 }  // namespace orient::exterior

@@ -41,5 +41,7 @@ std::optional<PoseEstimate> EstimatePose(const PhotoView& view, const PosePrior&
 // covariance projects points on the ground at `height_m` into the frame. Infinite where no part of
 // the frame shows that ground, or the covariance is none.
 double WorstProjectionSigma(const PhotoView& view, const Matrix6d& covariance, double height_m);
+// The same of a pose and a principal distance (CorrelatedPose::with_distance).
+double WorstSigmaWithDistance(const PhotoView& view, const Matrix7d& covariance, double height_m);
 
 }  // namespace orient::exterior

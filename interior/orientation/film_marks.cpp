@@ -143,7 +143,8 @@ struct Measured {
 Measured AsAssignment(const FilmReading& reading, const FilmMarks& marks) {
   Measured result{reading.marks, std::vector<int>(marks.size(), -1)};
   for (size_t i = 0; i < marks.size(); ++i) {
-    if (marks[i].state != MarkState::kUsed) continue;
+    // An exact click may be where the reading has no candidate.
+    if (marks[i].state != MarkState::kUsed || reading.best.choice[i] < 0) continue;
     result.choice[i] = reading.best.choice[i];
     result.marks[i].candidates[result.choice[i]].position_mm =
         (marks[i].position->pixel - reading.middle_px) * reading.pixel_size.pixel_mm;

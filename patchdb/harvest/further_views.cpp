@@ -11,8 +11,7 @@ namespace {
 constexpr int kCore_px = 21;               // odd; this core alone must match at the same place
 constexpr double kMaxDisagreement_px = 1;  // between correlation and least squares
 constexpr double kMaxSigma_px = 0.3;
-constexpr double kModelSigma_px = 0.1;  // of a match, beyond grey-value noise
-constexpr int kCoverageCells = 256;     // along the longer side
+constexpr int kCoverageCells = 256;  // along the longer side
 constexpr double kPeakDistance = 2.5;
 constexpr int kWindowMargin = 5;  // chip pixels around the searched area, for interpolation
 
@@ -104,7 +103,8 @@ std::optional<Sighting> FindIn(const FurtherSource& source, const Patch& patch,
   Eigen::Matrix2d by_chip = by_ground->leftCols<2>() * gsd;
   by_chip.col(1) *= -1;  // rows count southwards
   Sighting sighting{source.view, *pixel, by_chip * match->covariance * by_chip.transpose()};
-  sighting.covariance_px2 += Eigen::Matrix2d::Identity() * (kModelSigma_px * kModelSigma_px);
+  sighting.covariance_px2 +=
+      Eigen::Matrix2d::Identity() * (kMatchModelSigma_px * kMatchModelSigma_px);
   return sighting;
 }
 

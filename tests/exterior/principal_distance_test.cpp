@@ -3,10 +3,14 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numbers>
 
+#include "core/raster/raster.h"
+#include "exterior/steps/photo_image.h"
 #include "exterior/steps/resect.h"
 #include "tests/exterior/digital_view.h"
+#include "tests/support/shared_data.h"
 
 namespace orient::exterior {
 namespace {
@@ -57,6 +61,26 @@ void Orient(const PhotoView& truth, Tilted* tilted) {
     tilted->result.findings.push_back({.reason = Reason::kResidualTrend, .value = trend.rms_px});
 }
 
+// Of level ground below, the principal distance is what the flying height leaves of it.
+Tilted Level() {
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> unit;
+  PhotoView truth = DigitalView();
+  Tilted level;
+  level.photo.camera = truth.camera;
+  level.photo.positions = {{truth.photo_from_pixel, std::nullopt}};
+  level.photo.prior = PriorOf(truth.pose, {30, 0.02}, random);
+  for (int i = 0; i < 300; ++i)
+    AddMatch(truth,
+             {truth.pose.position_m.x() + 8000 * (unit(random) - 0.5),
+              truth.pose.position_m.y() + 8000 * (unit(random) - 0.5), 500},
+             kNoisePx * Eigen::Vector2d(normal(random), normal(random)), &level);
+  Orient(truth, &level);
+  level.result.status = Status::kOk;
+  return level;
+}
+
 Tilted Make(double wrong_mm) {
   std::mt19937 random(7);
   std::normal_distribution<double> normal;
@@ -105,6 +129,66 @@ TEST(JudgePrincipalDistance, OfTheRightOneNothingIsSaid) {
   JudgePrincipalDistance(tilted.photo, tilted.patches, &tilted.result);
   EXPECT_EQ(Contradiction(tilted.result), nullptr);
   EXPECT_EQ(tilted.result.status, Status::kOk);
+}
+
+TEST(JudgePrincipalDistance, EdgesSayNothingOfIt) {
+  Tilted tilted = Make(2);
+  for (std::size_t i = 0; i < 10; ++i) {
+    PatchResult& match = tilted.result.patches[5 * i];
+    *match.pixel += Eigen::Vector2d(15, 15);
+    match.sigma_px = Eigen::Vector2d::Constant(35);  // along 45 degrees nothing is known
+  }
+  tilted.result.status = Status::kOk;
+  JudgePrincipalDistance(tilted.photo, tilted.patches, &tilted.result);
+  const Finding* finding = Contradiction(tilted.result);
+  ASSERT_NE(finding, nullptr) << JoinedSentences(tilted.result.findings);
+  EXPECT_NEAR(*finding->value, 120, 0.2);
+}
+
+TEST(JudgePrincipalDistance, AnApproximationThatThePoseContradictsDoesNotSpeakAgainstIt) {
+  Tilted level = Level();
+  ASSERT_GT(level.patches.size(), 50u);
+  level.result.findings.push_back({.reason = Reason::kResidualTrend, .value = 0.1});
+  level.photo.prior.pose.position_m.z() += 400;
+  JudgePrincipalDistance(level.photo, level.patches, &level.result);
+  EXPECT_EQ(Contradiction(level.result), nullptr) << JoinedSentences(level.result.findings);
+}
+
+class EstimatedPrincipalDistanceOfLevelGround : public testing::Test {
+ protected:
+  ExteriorResult Estimate(double approximation_off_m) {
+    level_.photo.prior.pose.position_m.z() = DigitalView().pose.position_m.z();
+    level_.photo.prior.pose.position_m.z() += approximation_off_m;
+    WritePng(folder_ / "a.png", 8, 8, 1, std::vector<unsigned char>(64, 100));
+    const Raster raster = Raster::Open(folder_ / "a.png");
+    // The image is only needed where the principal distance changes.
+    return OrientWithPrincipalDistance(level_.photo, PhotoImage(raster, false), level_.patches, {},
+                                       level_.result, 0.5);
+  }
+  TemporaryFolder folder_;
+  Tilted level_ = Level();
+};
+
+TEST_F(EstimatedPrincipalDistanceOfLevelGround, DoesNotTakeUpTheErrorOfTheApproximation) {
+  const ExteriorResult result = Estimate(400);
+  ASSERT_TRUE(result.principal_distance) << JoinedSentences(result.findings);
+  EXPECT_NEAR(result.principal_distance->value_mm, 120, 0.1);
+  EXPECT_NEAR(result.pose->position_m.z(), 5000, 10);
+  EXPECT_GT(std::sqrt((*result.covariance)(2, 2)), 15) << "0.5 mm are 19 m of flying height";
+}
+
+TEST_F(EstimatedPrincipalDistanceOfLevelGround, LeavesTheProjectionPreciseWhichStaysOk) {
+  const ExteriorResult result = Estimate(0);
+  EXPECT_EQ(result.status, Status::kOk) << JoinedSentences(result.findings);
+  ASSERT_TRUE(result.projection_sigma);
+  EXPECT_LT(result.projection_sigma->px, 0.5) << "the flying height's error is made up for";
+}
+
+TEST_F(EstimatedPrincipalDistanceOfLevelGround, IsJudgedByTheTargetAllOverTheFrame) {
+  level_.result.target_m = 0.1;
+  const ExteriorResult result = Estimate(0);
+  EXPECT_EQ(result.status, Status::kWeak);
+  EXPECT_TRUE(Has(result.findings, Reason::kPoorlyDetermined));
 }
 
 TEST(JudgePrincipalDistance, OfAPhotoWithoutPoseNothingIsSaid) {

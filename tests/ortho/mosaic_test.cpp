@@ -1,6 +1,7 @@
 #include "ortho/mosaic.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
@@ -126,6 +127,18 @@ TEST_F(Mosaic, IsTheSameForAnyNumberOfThreads) {
   const std::string one = ReadFile(folder_ / "mosaic.tif");
   Make(Seamlines::ByNearestNadir(outlines_), 2);
   EXPECT_EQ(ReadFile(folder_ / "mosaic.tif"), one);
+}
+
+TEST_F(Mosaic, MayHaveMorePartsThanFilesMayBeOpen) {
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  rlimit few = before;
+  few.rlim_cur = 130;
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &few), 0);
+  for (int i = 0; i < 150; ++i) Add(std::to_string(i), 20.0 * i, static_cast<float>(i));
+  Make(Seamlines::ByNearestNadir(outlines_));
+  setrlimit(RLIMIT_NOFILE, &before);
+  for (const int i : {0, 71, 149}) EXPECT_EQ(At(20.0 * i + 0.5, 0.5), static_cast<float>(i));
 }
 
 TEST_F(Mosaic, WhatDoesNotBelongTogetherIsRefused) {

@@ -13,7 +13,7 @@
 // correlation matrix of the elements), and how often the 95 % ellipsoid contains the truth. Then
 // the precision of matches: deviations of the matches used from the true image positions of their
 // patches, normalised by the sigma from matching together with that of effects it cannot detect
-// (kModelSigmaPx).
+// (kMatchModelSigma_px).
 //
 // With `exchanged`, every patch is placed where another one belongs: no photo may be ok or weak.
 #include <Eigen/Dense>
@@ -33,6 +33,7 @@
 #include "core/base/median.h"
 #include "core/files/camera_file.h"
 #include "core/files/orientation_table.h"
+#include "core/matching/least_squares_matching.h"
 #include "core/terrain/photo_view.h"
 #include "exterior/orient_photo.h"
 #include "exterior/steps/error_model.h"
@@ -156,7 +157,7 @@ class MatchTally {
       for (int i = 0; i < 2; ++i) {
         const double error = std::abs((*match.pixel - *pixel)[i]);
         errors_.push_back(error);
-        normalised_.push_back(error / std::hypot((*match.sigma_px)[i], exterior::kModelSigmaPx));
+        normalised_.push_back(error / std::hypot((*match.sigma_px)[i], kMatchModelSigma_px));
         sigmas_.push_back((*match.sigma_px)[i]);
       }
     }

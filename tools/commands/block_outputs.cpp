@@ -123,11 +123,11 @@ fs::path FreshFolder(const fs::path& path) {
 }
 
 // Returns a finding, if anything was moved.
-std::optional<Finding> SetOtherPhotosAside(const BlockFile& block) {
+std::optional<Finding> SetOtherPhotosAside(const BlockFile& block,
+                                           const block::OrientedBlock& oriented) {
   const fs::path out(block.output_directory);
   std::set<std::string> photos, others;
-  for (const std::string& path : block.photos) photos.insert(PhotoName(path));
-  for (const UnusablePhoto& photo : block.unusable) photos.insert(photo.name);
+  for (const ExteriorResult& result : oriented.results) photos.insert(result.photo);
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(out, ignored))
     if (const std::string photo = PhotoOf(entry.path()); !photo.empty() && !photos.contains(photo))
@@ -159,7 +159,7 @@ std::optional<block::Quicklook> WriteBlockOutputs(const BlockFile& block, bool q
                                                   block::OrientedBlock* oriented) {
   block::OrientedBlock& result = *oriented;
   const std::string& out = block.output_directory;
-  if (const auto told = SetOtherPhotosAside(block)) result.findings.push_back(*told);
+  if (const auto told = SetOtherPhotosAside(block, result)) result.findings.push_back(*told);
   RemoveStale(block);
   for (const ExteriorResult& photo : result.results) WriteExteriorResult(out, photo);
   block::WritePoseTable(out, result.results, block.crs);

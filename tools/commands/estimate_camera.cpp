@@ -142,7 +142,9 @@ void EstimateCameraCommand::Setup(CLI::App& interior) {
 
 ExitCode EstimateCameraCommand::Run(std::ostream& out) const {
   RefuseToOverwrite({out_}, overwrite_);
-  CameraFile camera = ReadCameraFile(block::FindCameraFile(start_, library_));
+  const std::string camera_file = block::FindCameraFile(start_, library_);
+  RefuseToReplaceInputs({out_}, {camera_file});
+  CameraFile camera = ReadCameraFile(camera_file);
   if (camera.fiducials.empty())
     throw InputError(start_ + ": has no fiducials whose positions could be estimated");
   const Scans scans = ReadScans(directories_, camera);

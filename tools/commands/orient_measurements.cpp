@@ -50,6 +50,7 @@ class MeasurementsCommand : public Command {
     std::vector<std::string> paths;
     for (const std::string& file : FilesOf(all))
       paths.push_back((fs::path(output_.directory) / file).string());
+    RefuseToReplaceInputs(paths, files_);
     RefuseToOverwrite(paths, output_.overwrite);
     MakeOutputDirectory(output_.directory);
     WriteMeasurements(output_.directory, all);

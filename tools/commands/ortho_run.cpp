@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 #include <optional>
 #include <ostream>
@@ -17,6 +16,7 @@
 #include "core/base/error.h"
 #include "core/base/folder_lock.h"
 #include "core/base/median.h"
+#include "core/base/number_text.h"
 #include "core/base/output_directory.h"
 #include "core/raster/band_raster.h"
 #include "ortho/mosaic.h"
@@ -36,6 +36,7 @@ constexpr const char* kOrtho = ".ortho.tif";  // after the photo's name
 constexpr const char* kMosaic = "mosaic.tif";
 constexpr const char* kSeams = "seamlines.gpkg";
 constexpr const char* kTones = "mosaic_tones.csv";
+constexpr const char* kSoftware = "TIFFTAG_SOFTWARE";
 
 class OrthoRun {
  public:
@@ -102,20 +103,25 @@ class OrthoRun {
   // a person's.
   void RefuseOthersOrthophotos(const OrthoPhotos& found) const {
     if (options_.overwrite) return;
-    for (const ortho::OrientedPhoto& photo : found.photos) {
-      const std::string path = OrthoPath(photo.name);
-      if (!fs::exists(path)) continue;
-      std::string made_from;
-      try {
-        made_from = BandRaster::Open(path).Metadata(kMadeFrom);
-      } catch (const InputError&) {  // cut off: made anew
-        continue;
-      }
-      if (made_from.empty())
-        throw UsageError(path +
-                         " was not made by orient ortho; choose another folder or give "
-                         "--overwrite");
+    for (const ortho::OrientedPhoto& photo : found.photos)
+      RefuseIfOthers(OrthoPath(photo.name),
+                     [](const BandRaster& file) { return !file.Metadata(kMadeFrom).empty(); });
+    if (options_.mosaic)  // old ones do not say what they were made from
+      RefuseIfOthers(PathOf(kMosaic), [](const BandRaster& file) {
+        return file.Metadata(kSoftware).starts_with("orient ");
+      });
+  }
+
+  template <typename IsOwn>
+  static void RefuseIfOthers(const std::string& path, IsOwn&& is_own) {
+    if (!fs::exists(path)) return;
+    try {
+      if (is_own(BandRaster::Open(path))) return;
+    } catch (const InputError&) {  // cut off: made anew
+      return;
     }
+    throw UsageError(path +
+                     " was not made by orient ortho; choose another folder or give --overwrite");
   }
 
   void TellPlan(const OrthoPhotos& found, double gsd_m, std::ostream& out) const {
@@ -142,10 +148,7 @@ class OrthoRun {
       sizes.push_back(ortho::NaturalGsd(
           photo.view, ortho::SurfaceUnderPhoto(photo.view, options_.source.dem, found.crs)));
     // Rounded as written, in no locale's way.
-    const std::string text = fmt::format("{:.2g}", Median(sizes));
-    double rounded_m = 0;
-    std::from_chars(text.data(), text.data() + text.size(), rounded_m);
-    return rounded_m;
+    return NumberIn(fmt::format("{:.2g}", Median(sizes))).value();
   }
 
   ortho::OrthoOptions OptionsFor(const OrthoPhotos& found, std::size_t i, double gsd_m) const {
@@ -167,7 +170,7 @@ class OrthoRun {
   }
 
   static std::map<std::string, std::string> Metadata() {
-    return {{"TIFFTAG_SOFTWARE", "orient " + ProgramVersion()}};
+    return {{kSoftware, "orient " + ProgramVersion()}};
   }
 
   ortho::MosaicPart MakeOne(const OrthoPhotos& found, std::size_t i, double gsd_m,

@@ -2,14 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
-#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/exchange/exchange_block.h"
 
 namespace orient {
@@ -25,12 +24,10 @@ std::string RecordPath(const std::string& directory) {
 }
 
 double Number(const std::string& word, const std::string& path, int line) {
-  double number = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
-  if (word.empty() || error != std::errc() || end != word.data() + word.size() ||
-      !std::isfinite(number))
+  const auto number = NumberIn(word);
+  if (!number)
     throw InputError(fmt::format("{}, line {}: \"{}\" must be a number", path, line, word));
-  return number;
+  return *number;
 }
 
 VerificationRow ReadRow(const std::string& text, const std::string& path, int line) {

@@ -4,9 +4,9 @@
 #include <sys/random.h>
 
 #include <array>
-#include <charconv>
 
 #include "core/base/environment_error.h"
+#include "core/base/number_text.h"
 
 namespace orient {
 namespace {
@@ -16,9 +16,9 @@ std::optional<Refusal> WhyNoBody(const RequestHead& head) {
   if (head.content_encoding) return Refusal{415, "send the body as it is, not packed"};
   std::size_t length = 0;
   if (head.content_length) {
-    const char* last = head.content_length->data() + head.content_length->size();
-    const auto [end, error] = std::from_chars(head.content_length->data(), last, length);
-    if (error != std::errc() || end != last) return Refusal{400, "Content-Length is not a number"};
+    const auto stated = NumberIn<std::size_t>(*head.content_length);
+    if (!stated) return Refusal{400, "Content-Length is not a number"};
+    length = *stated;
   }
   if (length > kLongestBody)
     return Refusal{413, fmt::format("the body has more than {} bytes", kLongestBody)};

@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <ctime>
@@ -14,6 +13,7 @@
 #include "block/inputs/measurement_inputs.h"
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/files/orientation_table.h"
 #include "tools/review/page_entries.h"
 
@@ -67,15 +67,6 @@ std::string Today() {
   gmtime_r(&now, &utc);
   return fmt::format("{:04}-{:02}-{:02}T{:02}:{:02}:{:02}Z", utc.tm_year + 1900, utc.tm_mon + 1,
                      utc.tm_mday, utc.tm_hour, utc.tm_min, utc.tm_sec);
-}
-
-template <typename Value>
-std::optional<Value> NumberOf(const std::string& text) {
-  Value value{};
-  const char* last = text.data() + text.size();
-  const auto [end, error] = std::from_chars(text.data(), last, value);
-  if (error != std::errc() || end != last) return std::nullopt;
-  return value;
 }
 
 std::string TextIn(const std::map<std::string, std::string>& query, const char* key) {
@@ -213,8 +204,8 @@ ScanKnowledge Review::KnownOf(const PhotoRecord& photo) const {
 
 // The mark under a click.
 Reply Review::GetSeen(const std::map<std::string, std::string>& query) {
-  const auto col = NumberOf<double>(TextIn(query, "col")),
-             row = NumberOf<double>(TextIn(query, "row"));
+  const auto col = NumberIn<double>(TextIn(query, "col")),
+             row = NumberIn<double>(TextIn(query, "row"));
   if (!col || !row) return Error(400, "col and row must be numbers");
   const auto state = states_.Now();
   const PhotoRecord* photo = state->Photo(TextIn(query, "photo"));
@@ -232,7 +223,7 @@ Reply Review::GetSeen(const std::map<std::string, std::string>& query) {
 }
 
 Reply Review::GetHeight(const std::map<std::string, std::string>& query) {
-  const auto x = NumberOf<double>(TextIn(query, "x")), y = NumberOf<double>(TextIn(query, "y"));
+  const auto x = NumberIn<double>(TextIn(query, "x")), y = NumberIn<double>(TextIn(query, "y"));
   if (!x || !y) return Error(400, "x and y must be numbers");
   const auto state = states_.Now();
   if (options_.dem.empty() || !state->block.crs) return Answer(200, {{"z", nullptr}});
@@ -255,8 +246,8 @@ Reply Review::GetProgress() const {
 }
 
 Reply Review::GetTile(ScanTiles* tiles, const std::string& scan, const WebPath& place) {
-  const auto level = NumberOf<int>(place[2]), col = NumberOf<int>(place[3]),
-             row = NumberOf<int>(place[4]);
+  const auto level = NumberIn<int>(place[2]), col = NumberIn<int>(place[3]),
+             row = NumberIn<int>(place[4]);
   if (!level || !col || !row) return Error(400, "level, column and row must be whole numbers");
   auto png = tiles->Tile(scan, {*level, *col, *row});
   if (png == nullptr) return Error(404, "there is no such tile");

@@ -1,5 +1,7 @@
 #include "tools/simulate/simulate.h"
 
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <sstream>
 
@@ -68,6 +70,15 @@ void RefuseLargeGround(const Bounds& extent, double cell_m) {
         "resolution; give fewer photos or larger scan pixels");
 }
 
+void RefuseLargeTerrain(const Bounds& ground, double cell_m) {
+  constexpr double kMostCells = 1e8;  // 2 GB while it is made
+  const double cells =
+      (ground.max_x - ground.min_x) * (ground.max_y - ground.min_y) / (cell_m * cell_m);
+  if (cells > kMostCells)
+    throw UsageError(fmt::format(
+        "--dem-cell-m {:g}: the DEM would have {:.2g} cells; give larger ones", cell_m, cells));
+}
+
 void PutOverEarth(const SimulationOptions& options, const BlockLayout& layout,
                   const std::vector<PlannedPhoto>& photos, SimulatedCamera* camera) {
   const double flying_m =
@@ -81,6 +92,7 @@ Block PlanEverything(const SimulationOptions& options, const std::string& direct
   const BlockLayout layout = PlanBlock(options, fresh_camera, old_camera);
   PutOverEarth(options, layout, layout.fresh, &fresh_camera);
   PutOverEarth(options, layout, layout.old, &old_camera);
+  RefuseLargeTerrain(layout.ground, options.dem_cell_m);
   const Terrain terrain =
       Terrain::Make(layout.ground, {layout.mean_height_m, options.relief_m, options.dem_cell_m,
                                     Mix(options.seed + 2), options.hills_m});

@@ -177,6 +177,7 @@ TEST_F(Approximations, WhatAFlightIndexLacksIsNamed) {
   refused(GeoJson("[27.0, 0.0, 9.0]", R"({"strip": "4711"})"), "filename");
   refused(GeoJson("[27.0, 0.0, 9.0]", R"({"name": ""})"), "name");
   refused("this is no vector file", "flight.geojson");
+  refused(GeoJson("[]", R"({"name": "4711", "z": 1200})"), "point");
 }
 
 }  // namespace

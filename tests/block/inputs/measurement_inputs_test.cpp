@@ -58,9 +58,11 @@ TEST(ApplyDecidedPositions, APhotoThatNoRowKnowsIsAsHighAsTheOthersAndItsKappaUn
   EXPECT_FALSE(rows[2].attitude_known);
   EXPECT_EQ((*rows[2].sigma)[2], 300);
   ApplyDecidedPositions(
-      Placed("d", "1 2 3"), {"d"}, {}, [](const auto&) { return 990.0; }, &rows);
+      Placed("d", "1 2 3"), {"d"}, {}, [](const auto&) { return ExpectedHeight{990, 40}; }, &rows);
   EXPECT_EQ(rows[3].pose.position_m.z(), 990);
-  EXPECT_NEAR((*rows[3].sigma)[2], 1.4826 * 100, 1e-9) << "as the heights differ, not as the place";
+  EXPECT_EQ((*rows[3].sigma)[2], 40) << "as the flight's heights, not as the place";
+  ApplyDecidedPositions(Placed("e", "1 2 3"), {"e"}, {}, {}, &rows);
+  EXPECT_GT((*rows[4].sigma)[2], 100) << "as the heights differ";
   EXPECT_NEAR((*rows[2].sigma)[5], std::numbers::pi, 1e-12);
 }
 

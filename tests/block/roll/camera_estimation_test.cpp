@@ -165,6 +165,29 @@ TEST(CameraEstimation, AMarkThatNoScanShowsHasNoPrecision) {
   EXPECT_LT(estimate->sigma_mm[0].x(), 0.01);
 }
 
+// Two scans show the last mark, each with two that nobody else shows: they say nothing of it.
+TEST(CameraEstimation, AMarkOfScansThatTellNothingHasNoPrecision) {
+  std::vector<Vector2d> nominal = kNominal;
+  nominal.resize(8);
+  nominal.emplace_back(0, 50);
+  std::vector<ScanOfMarks> scans;
+  const auto add = [&](const std::vector<std::size_t>& marks) {
+    ScanOfMarks scan{std::to_string(scans.size()), {}};
+    scan.place_mm.resize(nominal.size());
+    for (const std::size_t i : marks)
+      scan.place_mm[i] = nominal[i] + 0.002 * Vector2d((i + scans.size()) % 3, scans.size() % 2);
+    scans.push_back(std::move(scan));
+  };
+  for (int i = 0; i < 6; ++i) add({0, 1, 2, 3});
+  add({8, 4, 5});
+  add({8, 6, 7});
+  const auto estimate = EstimateCamera(scans, nominal, CommonAffinity::kUnknown);
+  ASSERT_TRUE(estimate);
+  EXPECT_EQ(estimate->scans, 6);
+  EXPECT_TRUE(std::isinf(estimate->sigma_mm[8].x()));
+  EXPECT_TRUE(std::isfinite(estimate->sigma_mm[0].x()));
+}
+
 TEST(CameraEstimation, TwoScansOrThreeMarksAreTooFew) {
   RollSpec spec;
   spec.scans = 2;

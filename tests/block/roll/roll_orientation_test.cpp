@@ -87,6 +87,16 @@ TEST_F(RollOrientation, PhotosThatTellNothingAddNothingToOneThatDoes) {
   EXPECT_EQ(OrientationOfRoll(roll), ScanOrientation::kM90);
 }
 
+// A run compares the photos with the roll after they have voted: resumed, it must decide the same.
+TEST_F(RollOrientation, WhatTheComparisonWithTheRollMadeWeakVotesAsBefore) {
+  std::vector<InteriorResult> roll(3, Photo({ScanOrientation::kR90}));
+  roll.push_back(Photo(kAll));
+  ASSERT_EQ(OrientationOfRoll(roll), ScanOrientation::kR90);
+  roll[1].status_alone = roll[1].status;
+  roll[1].status = Status::kWeak;
+  EXPECT_EQ(OrientationOfRoll(roll), ScanOrientation::kR90);
+}
+
 TEST_F(RollOrientation, WithoutAnyVoteAllAreNamedAlikeUnmirroredAndStayOpen) {
   Orientations other = kAll, third = kAll;
   std::rotate(other.begin(), other.begin() + 7, other.end());  // m270 first

@@ -187,6 +187,61 @@ TEST_F(FilmInPixels, IsWeakWhereItIsNotAndTheTargetDecides) {
     EXPECT_EQ(result.status, Status::kOk);
 }
 
+TEST_F(FilmInPixels, IsWeakWhereNoPointChecksTheOthers) {
+  // Four in the corners: precise, but an error of one of them hardly shows.
+  for (ImagePointMeasurement& point : measured_.image_points) point.sigma = 0.05;
+  const auto in_a = [](const ImagePointMeasurement& one) { return one.photo == "a"; };
+  std::erase_if(measured_.image_points, [&](const ImagePointMeasurement& one) {
+    const bool corner =
+        one.point == "p0" || one.point == "p3" || one.point == "p10" || one.point == "p13";
+    return in_a(one) && !corner;
+  });
+  const JudgedBlock done = Adjusted();
+  ASSERT_EQ(done.results.size(), 2u);
+  ASSERT_TRUE(done.results[0].pose) << JoinedSentences(done.results[0].findings);
+  EXPECT_EQ(done.results[0].status, Status::kWeak);
+  EXPECT_TRUE(Has(done.results[0].findings, Reason::kByPointsAlone))
+      << JoinedSentences(done.results[0].findings);
+  EXPECT_EQ(done.results[1].status, Status::kOk) << JoinedSentences(done.results[1].findings);
+}
+
+// Files of results have the transform of the clicked marks, not the adjusted one.
+TEST_F(FilmInPixels, ThePoseHoldsWithTheTransformOfTheMarksAsClicked) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal(0, 2);
+  for (MarkMeasurement& mark : measured_.marks) {
+    mark.pixel += Eigen::Vector2d(normal(random), normal(random));
+    mark.sigma_px = 2;
+  }
+  const JudgedBlock done = Adjusted();
+  std::vector<PointPair2d> pairs;
+  for (const MarkMeasurement& mark : measured_.marks)
+    for (const Fiducial& fiducial : camera_.fiducials)
+      if (mark.photo == "a" && fiducial.id == mark.mark)
+        pairs.push_back({mark.pixel, fiducial.position_mm});
+  const Affine2d by_marks = FitAffine(pairs).value().transform;
+  ASSERT_TRUE(done.results[0].pose);
+  const PhotoView view{camera_.camera, by_marks, *done.results[0].pose};
+  double sum = 0;
+  int seen = 0;
+  for (const ImagePointMeasurement& point : measured_.image_points) {
+    if (point.photo != "a") continue;
+    sum += (*point.pixel - *view.PixelFromGround(measured_.Point(point.point)->ground_m))
+               .squaredNorm();
+    ++seen;
+  }
+  EXPECT_LT(std::sqrt(sum / seen), 1.2) << "a pose takes up the most of it";
+}
+
+// In one of a hundred photos the residuals of four marks are ten times too small by chance.
+TEST_F(FilmInPixels, FourMarksThatFitByChanceAreNotBelieved) {
+  const auto worst_px = [&] { return Adjusted().results[0].projection_sigma->px; };
+  const double exactly = worst_px();  // the marks of this test fit exactly
+  for (std::size_t i = 0; i < measured_.marks.size(); ++i)
+    measured_.marks[i].pixel += Eigen::Vector2d(i % 2 == 0 ? 0.1 : -0.1, 0);
+  EXPECT_LT(worst_px() / exactly, 1.5);
+}
+
 TEST_F(FilmInPixels, ConfusedMarksFailTheirPhotoAlone) {
   std::swap(measured_.marks[0].mark, measured_.marks[1].mark);
   const JudgedBlock done = Adjusted();

@@ -91,6 +91,31 @@ class PointStartOf : public testing::Test {
       GroundSurface::FromGrid(Eigen::MatrixXf::Constant(60, 60, kGround_m), 497000, 5003000, 100)};
 };
 
+// The same pose follows however the film lies on its scan.
+TEST_F(PointStartOf, PointsMeasuredInThePhotoSystemLeaveOpenHowTheFilmLies) {
+  Measure(8, 0.1, 0.05);
+  for (ImagePointMeasurement& point : measurements().image_points) {
+    point.photo_mm = position_.photo_from_pixel * *point.pixel;
+    point.pixel.reset();
+    point.sigma = 0.01;
+  }
+  exterior::FilmPosition turned;
+  turned.photo_from_pixel = {kPixel_mm * PhotoFromPixelAxes(ScanOrientation::kR180), {115, -115}};
+  turned.orientation = ScanOrientation::kR180;
+  position_.orientation = ScanOrientation::kR0;
+  ScanInterior interior{{turned, position_}, false, {}};
+  const PointStart start = StartOf(setting_, "4711", approximation_, false, &interior);
+  ASSERT_TRUE(start.by_points);
+  EXPECT_LT((start.by_points->pose.position_m - Truth().position_m).norm(), 20);
+  EXPECT_EQ(interior.positions.size(), 2u) << "the patches decide";
+  exterior::PhotoToOrient photo = Photo();
+  photo.positions = interior.positions;
+  ExteriorResult result;
+  OrientByPoints(setting_, photo, start, &result);
+  EXPECT_EQ(result.status, Status::kWeak);
+  EXPECT_TRUE(Has(result.findings, Reason::kOrientationOpen)) << JoinedSentences(result.findings);
+}
+
 TEST_F(PointStartOf, AgreeingPointsAndApproximationTogetherAreMorePreciseThanEither) {
   Measure(5, 20, 20);
   const PointStart start = Start(true);

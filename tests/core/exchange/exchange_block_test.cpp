@@ -55,6 +55,10 @@ TEST(SoundExchangeBlock, IsNotOneOfAnImpossibleCamera) {
   block.cameras[0].focal_px.x() = -1000;
   ExpectRefused(block, "'A'");
   block = OnePhoto();
+  block.cameras[0].width = block.cameras[0].height = 1000;
+  block.cameras[0].focal_px.x() = 0;
+  ExpectRefused(block, "focal length");
+  block = OnePhoto();
   block.cameras[0].width = 1000;  // and no height
   ExpectRefused(block, "size");
 }

@@ -161,7 +161,8 @@ TEST_F(BlockFileTest, WrongKeysAndValuesAreNamed) {
   ExpectRefused(kBlock + "[scan]\npolarity = \"dark\"\n", {"line 8: scan.polarity", "dark"});
   ExpectRefused(kBlock + "[scan]\norientation = \"r45\"\n", {"scan.orientation", "r45", "m270"});
   ExpectRefused(kBlock + "[scan]\npixel_size_um = 0.025\n", {"pixel_size_um", "micrometres"});
-  ExpectRefused(kBlock + "[approximate_accuracy]\nposition_m = 0\n", {"position_m", "positive"});
+  ExpectRefused(kBlock + "[approximate_accuracy]\nposition_m = 0\n", {"position_m", "between"});
+  ExpectRefused(kBlock + "[approximate_accuracy]\nattitude_deg = 1e9\n", {"attitude_deg", "1e+09"});
   ExpectRefused(Replaced(kBlock, "camera = \"camera.toml\"\n", ""), {"lacks the key camera"});
 }
 
@@ -247,6 +248,11 @@ TEST_F(BlockFileTest, ExpandedPhotosAreSortedWithoutDuplicates) {
   EXPECT_EQ(ExpandPhotos({folder_ / "scans/?.tif"}, "").size(), 2u);
   EXPECT_EQ(ExpandPhotos({"/vsis3/bucket/a.tif"}, folder_.Path()),
             std::vector<std::string>{"/vsis3/bucket/a.tif"});
+}
+
+TEST_F(BlockFileTest, ALinkToItselfIsAPhotoAmongTheOthers) {
+  std::filesystem::create_symlink("loop.tif", folder_ / "scans/loop.tif");
+  EXPECT_EQ(ExpandPhotos({"scans/*.tif"}, folder_.Path()).size(), 3u);
 }
 
 TEST_F(BlockFileTest, AFileMayListThePhotos) {

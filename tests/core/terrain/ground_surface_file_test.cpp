@@ -1,5 +1,6 @@
 // Ground surfaces from DEM files.
 #include <cpl_conv.h>
+#include <fmt/format.h>
 #include <gdal_priv.h>
 #include <gtest/gtest.h>
 #include <ogr_spatialref.h>
@@ -262,6 +263,34 @@ TEST(GroundSurfaceFile, ACrsOfFeetOrDepthsIsRefused) {
   EXPECT_NE(Refusal(WriteDem(folder / "feet", dem)).find("not in metres"), std::string::npos);
   dem.srs = "EPSG:32635+5715";  // depth below mean sea level
   EXPECT_NE(Refusal(WriteDem(folder / "depths", dem)).find("counts depths"), std::string::npos);
+}
+
+std::string WithEllipsoidalHeights(const std::string& definition, const std::string& unit,
+                                   double metres) {
+  OGRSpatialReference crs;
+  EXPECT_EQ(crs.SetFromUserInput(definition.c_str()), OGRERR_NONE);
+  EXPECT_EQ(crs.PromoteTo3D(nullptr), OGRERR_NONE);
+  const char* const options[] = {"FORMAT=WKT2_2019", nullptr};
+  char* text = nullptr;
+  EXPECT_EQ(crs.exportToWkt(&text, options), OGRERR_NONE);
+  std::string wkt(text);
+  CPLFree(text);
+  const std::string axis = "height (h)\",up,ORDER[3],LENGTHUNIT[", metre = "\"metre\",1";
+  wkt.replace(wkt.find(axis) + axis.size(), metre.size(), fmt::format("\"{}\",{}", unit, metres));
+  return wkt;
+}
+
+TEST(GroundSurfaceFile, HeightsAboveTheEllipsoidAreInMetresToo) {
+  const TemporaryFolder folder;
+  DemFile dem = SmallDem();
+  dem.unit = "";
+  const Crs block = Crs::Parse(dem.srs, "test");
+  dem.srs = WithEllipsoidalHeights(dem.srs, "metre", 1);
+  EXPECT_EQ(Refusal(WriteDem(folder / "metres", dem)), "");
+  EXPECT_TRUE(block.SameAs(Crs::Parse(dem.srs, "test")));
+  dem.srs = WithEllipsoidalHeights(dem.srs, "foot", 0.3048);
+  EXPECT_NE(Refusal(WriteDem(folder / "feet", dem)).find("'foot', not in metres"),
+            std::string::npos);
 }
 
 TEST(GroundSurfaceFile, AScaleThatGivesNoHeightsIsRefused) {

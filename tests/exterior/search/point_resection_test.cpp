@@ -237,6 +237,14 @@ TEST(ResectByPoints, SixOfSixtyPointsAreNamed) {
   EXPECT_LT(SigmasOff(*answer.found), kMostSigmas);
 }
 
+// As a block has them in which another program's ties are measured points.
+TEST(ResectByPoints, ThousandsOfPointsNeedLittleMemory) {
+  const std::vector<MeasuredPoint> clicks = Clicks(4000, 3, 0);  // 10^10 triples
+  const auto answer = ResectByPoints(FilmCamera(), {Scan()}, std::nullopt, clicks);
+  ASSERT_TRUE(answer.found);
+  EXPECT_LT((answer.found->pose.position_m - Truth().position_m).norm(), 0.5);
+}
+
 // Many in one strip of the frame and two beside it, of which one is sixteen sigma wrong: in the sum
 // over all, that is next to nothing.
 TEST(ResectByPoints, AWrongPointDoesNotHideAmongMany) {

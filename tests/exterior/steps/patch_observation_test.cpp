@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "core/matching/least_squares_matching.h"
 #include "exterior/steps/error_model.h"
 #include "exterior/steps/linearised_matches.h"
 #include "tests/exterior/digital_view.h"
@@ -20,7 +21,7 @@ TEST(PatchObservation, GroundErrsByItselfUnlessItsHeightsAreKnownToErr) {
   patch.ground_m = {1000, 2000, 500};
   patch.covariance_m2 = 4 * Eigen::Matrix3d::Identity();
   const Eigen::Matrix2d match = 0.01 * Eigen::Matrix2d::Identity();
-  const double model = kModelSigmaPx * kModelSigmaPx;
+  const double model = kMatchModelSigma_px * kMatchModelSigma_px;
   const PatchObservation alone = ObservationOf(patch, {10, 20}, match, view);
   // Two metres from 4500 m, c 120 mm, pixels of 92 mm / 640.
   const double ground_px = 2.0 / 4500 * 120 / (92.0 / 640);

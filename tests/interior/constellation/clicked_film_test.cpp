@@ -132,6 +132,16 @@ TEST_F(ClickedFilm, AnExactClickFarOffIsContradicted) {
   EXPECT_NE(Wrong(result).find('2'), std::string::npos);
 }
 
+TEST_F(ClickedFilm, AnExactClickFarOffOnAMarkThatNothingShowsIsContradictedToo) {
+  Make({3});
+  MarkClick wrong = Click(3, {60, 0});
+  wrong.exact = true;
+  const InteriorResult result = Orient({Click(0), Click(1), Click(2), wrong});
+  EXPECT_NE(Wrong(result).find('4'), std::string::npos);
+  for (const MarkResult& mark : result.marks)
+    EXPECT_FALSE(mark.id == "4" && mark.state == MarkState::kUsed);
+}
+
 TEST_F(ClickedFilm, AMarkThatTheCameraDoesNotHaveIsAnError) {
   Make();
   MarkClick unknown = Click(0);

@@ -105,6 +105,11 @@ TEST_F(EstimateCameraTest, AWrongPositionIsPutRightWithItsPrecision) {
   }
   EXPECT_EQ(Estimate().code, 1) << "never overwrites";
   EXPECT_EQ(Estimate({"--overwrite"}).code, 0);
+  EXPECT_EQ(Orient({"interior", "estimate-camera", folder_.Path(), "--camera", start_, "--out",
+                    start_, "--overwrite"})
+                .code,
+            1)
+      << "never replaces the start file";
 }
 
 TEST_F(EstimateCameraTest, ADesktopScannersAffinityIsSaidToBeUnknown) {

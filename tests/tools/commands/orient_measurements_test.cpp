@@ -72,6 +72,14 @@ TEST_F(MeasurementsCommandTest, AFolderGetsWhatItDoesNotHaveAndKeepsWhatItHas) {
   EXPECT_EQ(Import("csv", {photos}, {"--overwrite"}).exit_code, 0);
 }
 
+TEST_F(MeasurementsCommandTest, WhatIsReadIsNotReplaced) {
+  fs::create_directory(out_);
+  const std::string points = Write("said/points.csv", "name,x,y,z\np1,500000,5000000,3\n");
+  const ProgramRun run = Import("csv", {points}, {"--overwrite"});
+  EXPECT_EQ(run.exit_code, 1) << run.out;
+  EXPECT_NE(run.err.find("points.csv is an input"), std::string::npos) << run.err;
+}
+
 TEST_F(MeasurementsCommandTest, ImagePointsMayBeFiducialMarks) {
   ASSERT_EQ(Import("csv", {Write("photos.csv", kPhotos)}, {"--marks"}).exit_code, 0);
   ASSERT_EQ(ReadMeasurements(out_).marks.size(), 1u);

@@ -169,6 +169,15 @@ TEST_F(OrientOrtho, NeitherItsDemNorAFileOfOthersIsReplaced) {
   refused(Path("dem.tif"), "--resume", "was not made by orient ortho");
 }
 
+TEST_F(OrientOrtho, AMosaicOfOthersIsNotReplaced) {
+  fs::create_directory(Path("ortho"));
+  fs::copy(Path("dem.tif"), Path("ortho/mosaic.tif"));
+  const ProgramRun run = Run({"--mosaic", "--gsd-m", "10", "--resume"});
+  EXPECT_EQ(run.exit_code, 1) << run.out;
+  EXPECT_NE(run.err.find("mosaic.tif was not made by orient ortho"), std::string::npos) << run.err;
+  EXPECT_EQ(ReadFile(Path("ortho/mosaic.tif")), ReadFile(Path("dem.tif")));
+}
+
 TEST_F(OrientOrtho, PosesOfARunThatHasNotEndedAreSaidToBe) {
   EXPECT_EQ(Run({"--plan"}).out.find("has not ended"), std::string::npos);
   fs::create_directory(Path("stages"));

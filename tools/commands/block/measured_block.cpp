@@ -2,36 +2,27 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <ostream>
+#include <set>
 
+#include "block/block.h"
 #include "block/block_by_measurements.h"
-#include "block/inputs/block_camera.h"
 #include "block/inputs/block_files.h"
-#include "block/stages/exterior_stage.h"
 #include "block/verdict/adjustment_summary.h"
 #include "block/verdict/calibrated_camera.h"
 #include "block/verdict/point_table.h"
-#include "core/base/output_directory.h"
-#include "core/files/adjustment_result.h"
+#include "block/verdict/pose_covariance.h"
 #include "core/terrain/earth_effects.h"
 #include "core/terrain/map_scale.h"
+#include "tools/commands/block_outputs.h"
 #include "tools/commands/exterior_summary.h"
 #include "tools/commands/shared_options.h"
 #include "tools/commands/summary_table.h"
+#include "tools/report/gis/block_project.h"
 
 namespace orient {
 namespace {
-
-void WriteResults(const BlockFile& block, const CameraFile& camera, const block::JudgedBlock& done,
-                  const block::PointTable& points) {
-  const std::string& out = block.output_directory;
-  for (const ExteriorResult& result : done.results) WriteExteriorResult(out, result);
-  block::WritePoseTable(out, done.results, block.crs);
-  block::WriteBlockCamera(out, camera);
-  block::WriteCalibratedCamera(out, camera, done.adjusted.result);
-  block::WritePointTable(out, points);
-  WriteAdjustmentResult(out, block::SummaryOf(done.adjusted, done.findings));
-}
 
 // The camera with earth curvature and refraction, if they matter, for the ground of the block.
 CameraFile OverTheEarth(const BlockFile& block, const CameraFile& camera,
@@ -66,13 +57,59 @@ void RefuseFalseScaleOf(const BlockFile& block, const block::MeasuredBlockInputs
   RefuseFalseScale(block.crs, area);
 }
 
+// What the run may write, of photos and as a whole.
+std::vector<std::string> ResultsOf(const std::string& directory, const Measurements& measured) {
+  std::set<std::string> photos;
+  for (const ImagePointMeasurement& point : measured.image_points) photos.insert(point.photo);
+  std::vector<std::string> results;
+  for (const std::string& photo : photos) results.push_back(ExteriorResultPath(directory, photo));
+  Append(block::BlockFiles(directory), &results);
+  return results;
+}
+
+std::vector<RunInput> RecordedInputs(const BlockFile& block, const std::string& block_path) {
+  std::vector<RunInput> inputs = {FileInput("block file", block_path),
+                                  FileInput("camera", block.camera),
+                                  FileInput("approximations", block.approximations)};
+  for (const std::string& file : MeasurementFiles(block.measurements))
+    if (std::filesystem::exists(file)) inputs.push_back(FileInput("measurements", file));
+  return inputs;
+}
+
+// Writes what the adjustment alone gives.
+block::OrientedBlock OrientedFrom(const BlockFile& block, const CameraFile& camera,
+                                  const block::PosesKnown& known, block::JudgedBlock done) {
+  const std::string& directory = block.output_directory;
+  const block::BlockResult& adjusted = done.adjusted.result;
+  block::OrientedBlock oriented;
+  oriented.camera = camera;
+  oriented.not_there = known.not_there;
+  oriented.findings = done.findings;
+  oriented.findings.insert(oriented.findings.end(), known.remarks.begin(), known.remarks.end());
+  if (adjusted.converged && !adjusted.cameras.empty())
+    oriented.camera.camera = adjusted.cameras.front();
+  block::WriteCalibratedCamera(directory, camera, adjusted);
+  if (!block::WritePoseCovariance(directory, block.adjustment.pose_covariance, done.adjusted,
+                                  done.results))
+    oriented.findings.push_back(block::NoPoseCovariance());
+  const block::PointTable points =
+      block::TableOfPoints(done.adjusted.surveyed, done.adjusted.block, adjusted);
+  block::WritePointTable(directory, points);
+  oriented.control_points = TextOf(points);
+  oriented.adjusted = block::SummaryOf(done.adjusted, oriented.findings);
+  oriented.results = std::move(done.results);
+  return oriented;
+}
+
 }  // namespace
 
-ExitCode AdjustMeasuredBlock(const BlockFile& block, bool overwrite, std::ostream& out) {
+ExitCode AdjustMeasuredBlock(const BlockFile& block, const MeasuredBlockRun& run,
+                             std::ostream& out) {
   const std::string& directory = block.output_directory;
-  RefuseToOverwrite(block::BlockFiles(directory), overwrite);
+  const bool resume = !run.overwrite && (run.resume || block::IsUnfinished(directory));
   CameraFile camera = ReadCameraFile(block.camera);
   const Measurements measured = ReadMeasurements(block.measurements);
+  RefuseToOverwrite(ResultsOf(directory, measured), run.overwrite || resume, "--resume");
   const block::PosesKnown known = block::ReadPosesKnown(block, measured);
   block::MeasuredBlockInputs inputs{.camera = camera,
                                     .measured = measured,
@@ -83,22 +120,31 @@ ExitCode AdjustMeasuredBlock(const BlockFile& block, bool overwrite, std::ostrea
   inputs.pose_covariance = block.adjustment.pose_covariance;
   inputs.target_m = block.target_m;
   RefuseFalseScaleOf(block, inputs);
-  MakeOutputDirectory(directory);
+  if (run.plan) {
+    out << fmt::format("adjust   {} image points, {} ground points; all results anew\n",
+                       measured.image_points.size(), measured.points.size());
+    return ExitCode::kAllDone;
+  }
+  const block::BlockFolder folder(directory, resume);
   block::JudgedBlock done = block::OrientByMeasurements(inputs);
   camera = OverTheEarth(block, camera, done);
   if (camera.camera.earth_k1 != 0) done = block::OrientByMeasurements(inputs);
-  done.findings.insert(done.findings.end(), known.remarks.begin(), known.remarks.end());
-  const block::PointTable points =
-      block::TableOfPoints(done.adjusted.surveyed, done.adjusted.block, done.adjusted.result);
-  WriteResults(block, camera, done, points);
-  PrintExteriorSummary(done.results, out);
-  out << fmt::format("\nblock   {} photos, {} ties, sigma0 {}, redundancy {:.0f}\n",
-                     done.adjusted.block.photos.size(), done.adjusted.ties,
-                     Fixed(done.adjusted.result.sigma0, 2), done.adjusted.result.redundancy);
-  for (const std::string& line : TextOf(points)) out << line << "\n";
-  for (const std::string& message : Sentences(done.findings)) out << "note    " << message << "\n";
-  return AllOriented(done.results) && known.not_there.empty() ? ExitCode::kAllDone
-                                                              : ExitCode::kSomeNotOriented;
+  const std::string summary =
+      fmt::format("\nblock   {} photos, {} ties, sigma0 {}, redundancy {:.0f}\n",
+                  done.adjusted.block.photos.size(), done.adjusted.ties,
+                  Fixed(done.adjusted.result.sigma0, 2), done.adjusted.result.redundancy);
+  block::OrientedBlock oriented = OrientedFrom(block, camera, known, std::move(done));
+  RecordRun(run.invoked, directory, "block", RecordedInputs(block, run.block_path));
+  WriteBlockOutputs(block, false, &oriented);
+  PrintExteriorSummary(oriented.results, out);
+  out << summary;
+  for (const std::string& line : oriented.control_points) out << line << "\n";
+  for (const std::string& message : Sentences(oriented.findings))
+    out << "note    " << message << "\n";
+  WriteBlockProject(directory);
+  folder.Finish();
+  return AllOriented(oriented.results) && known.not_there.empty() ? ExitCode::kAllDone
+                                                                  : ExitCode::kSomeNotOriented;
 }
 
 }  // namespace orient

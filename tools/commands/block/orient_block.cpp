@@ -68,7 +68,8 @@ class BlockCommand : public Command {
     if (status_) return PrintStatus(options.block, out);
     RequireInputsApart(options.block, block_path_);
     if (options.block.ByMeasurementsAlone())
-      return AdjustMeasuredBlock(options.block, overwrite_ || resume_, out);
+      return AdjustMeasuredBlock(options.block,
+                                 {Invoked(), block_path_, resume_, overwrite_, plan_}, out);
     options.learn = learn_;
     options.jobs = jobs_;
     if (!stage_.empty()) return RunStage(std::move(options), out);
@@ -85,13 +86,13 @@ class BlockCommand : public Command {
       for (const std::string& line : PlanBlock(block::BlockInputs(options))) out << line << "\n";
       return ExitCode::kAllDone;
     }
-    if (options.resume && !resume_) out << "continues the interrupted run in " << directory << "\n";
     for (const UnusablePhoto& photo : options.block.unusable)
       out << "cannot  " << photo.name << ": " << photo.reason << "\n";
     if (!has_control) MakeBlockControl(library_, options.block, out);
     if (options.learn) BringUpToDateToLearn(options.block.patchdb, out);
     const block::BlockInputs inputs(options);
     const block::BlockFolder folder(directory, options.resume);
+    if (options.resume && !resume_) out << "continues the interrupted run in " << directory << "\n";
     ShownProgress progress;
     block::OrientedBlock result = block::Orient(inputs, folder, &progress);
     RecordRun(Invoked(), directory, "block", RecordedInputs(options.block));
@@ -136,6 +137,8 @@ class BlockCommand : public Command {
     if (!metrics_.empty() && !status_) refuse("--metrics needs --status");
     if (status_ && (!stage_.empty() || overwrite_ || plan_ || learn_ || quicklook_))
       refuse("--status prints and stops; give it alone");
+    if (block.ByMeasurementsAlone() && (learn_ || quicklook_))
+      refuse(block_path_ + " names no photos; --learn and --quicklook are for blocks of photos");
     if (stage_.empty() && !status_) return;
     if (block.ByMeasurementsAlone())
       refuse(block_path_ + " names no photos; --stage and --status are for blocks of photos");

@@ -5,7 +5,6 @@
 #include <CLI/CLI.hpp>
 #include <Eigen/LU>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <ostream>
@@ -14,10 +13,12 @@
 
 #include "block/inputs/mark_shapes.h"
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "core/base/table_text.h"
 #include "core/files/orientation_table.h"
 #include "interior/interior.h"
 #include "interior/marks/mark_picture.h"
+#include "tools/commands/shared_options.h"
 #include "tools/commands/summary_table.h"
 
 namespace orient {
@@ -27,16 +28,13 @@ namespace fs = std::filesystem;
 // ID=COL,ROW.
 interior::MarkClick ClickIn(const std::string& text) {
   const size_t equals = text.find('='), comma = text.find(',', equals + 1);
-  interior::MarkClick click;
-  const auto number = [&](size_t from, size_t to, double* value) {
-    const char *begin = text.data() + from, *end = text.data() + to;
-    const auto parsed = std::from_chars(begin, end, *value);
-    return parsed.ec == std::errc() && parsed.ptr == end && std::isfinite(*value);
-  };
-  if (equals == std::string::npos || equals == 0 || comma == std::string::npos ||
-      !number(equals + 1, comma, &click.pixel.x()) ||
-      !number(comma + 1, text.size(), &click.pixel.y()))
+  const bool parts = equals != std::string::npos && equals > 0 && comma != std::string::npos;
+  const auto col = parts ? NumberIn(text.substr(equals + 1, comma - equals - 1)) : std::nullopt;
+  const auto row = parts ? NumberIn(text.substr(comma + 1)) : std::nullopt;
+  if (!col || !row)
     throw UsageError(fmt::format("--mark {}: give ID=COL,ROW, as in --mark 1=812,640", text));
+  interior::MarkClick click;
+  click.pixel = {*col, *row};
   click.mark = text.substr(0, equals);
   click.sigma_px = 1.5;  // read from a viewer that shows whole pixels
   return click;
@@ -253,15 +251,24 @@ block::NewCameraOptions NewCameraCommand::Options() const {
   return options;
 }
 
+std::vector<std::string> NewCameraCommand::Inputs() const {
+  std::vector<std::string> inputs = scans_;
+  Append({positions_, distances_}, &inputs);
+  Append(MeasurementFiles(measurements_.folder), &inputs);
+  return inputs;
+}
+
 ExitCode NewCameraCommand::Run(std::ostream& out) const {
   constexpr double kLargestFrame_mm = 320;
   const std::string overview = PathBeside(out_, ".marks.png");
   RequireFolderOf(out_);
+  RefuseToReplaceInputs({out_, overview}, Inputs());
   RefuseToOverwrite({out_, overview}, overwrite_);
   const block::NewCameraOptions options = Options();
   const std::vector<block::ClickedScan> scans = Scans();
   block::NewCamera made = MakeCamera(scans, options);
   NamePictures(out_, &made);
+  RefuseToReplaceInputs(PicturePaths(made), Inputs());
   RefuseToOverwrite(PicturePaths(made), overwrite_);
   WritePictures(made);
   WriteCameraFile(out_, made.file);

@@ -28,6 +28,7 @@ class NewCameraCommand {
   void AddTableOptions();
   std::vector<block::ClickedScan> Scans() const;
   block::NewCameraOptions Options() const;
+  std::vector<std::string> Inputs() const;  // files that are read
 
   CLI::App* app_ = nullptr;
   std::vector<std::string> scans_, clicks_;

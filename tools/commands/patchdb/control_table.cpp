@@ -3,12 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 #include <sstream>
 
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
+#include "core/base/number_text.h"
 #include "patchdb/store/patch_limits.h"
 
 namespace orient {
@@ -39,11 +38,9 @@ class Lines {
   }
 
   double Number(const std::string& text) const {
-    double value = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value))
-      Fail(fmt::format("'{}' is not a number", text));
-    return value;
+    const auto value = NumberIn(text);
+    if (!value) Fail(fmt::format("'{}' is not a number", text));
+    return *value;
   }
 
  private:

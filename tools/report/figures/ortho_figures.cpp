@@ -1,7 +1,6 @@
 #include "tools/report/figures/ortho_figures.h"
 
 #include <algorithm>
-#include <charconv>
 #include <filesystem>
 #include <sstream>
 #include <string_view>
@@ -9,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/base/median.h"
+#include "core/base/number_text.h"
 #include "core/geometry/rotation.h"
 #include "core/raster/band_raster.h"
 
@@ -19,12 +19,8 @@ namespace fs = std::filesystem;
 constexpr std::string_view kOrtho = ".ortho.tif";
 
 std::optional<double> NumberOf(const BandRaster& raster, const char* name) {
-  const std::string text = raster.Metadata(name);
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !(value >= 0 && value < 1e9))
-    return std::nullopt;
-  return value;
+  const auto value = NumberIn(raster.Metadata(name));
+  return value && *value >= 0 && *value < 1e9 ? value : std::nullopt;
 }
 
 std::optional<GroundAccuracy> AccuracyIn(const BandRaster& raster) {

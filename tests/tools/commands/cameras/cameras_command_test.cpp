@@ -109,6 +109,12 @@ TEST_F(CamerasCommandTest, MarksAreReadFromMeasurements) {
          "stated mm");
 }
 
+TEST_F(CamerasCommandTest, NewReplacesNoInput) {
+  Write("camera.marks.png", "mark,x_mm,y_mm\n1,0,1\n2,1,0\n3,0,-1\n");
+  Expect(New({"--mark", "1=100,100", "--overwrite", "--positions", folder_ / "camera.marks.png"}),
+         1, "camera.marks.png is an input");
+}
+
 TEST_F(CamerasCommandTest, AMarkThatCannotBeReadIsUsage) {
   Expect(New({"--mark", "1=12", "--pixel-size-um", "80"}), 1, "ID=COL,ROW");
   Expect(New({"--mark", "=1,2", "--pixel-size-um", "80"}), 1, "ID=COL,ROW");
