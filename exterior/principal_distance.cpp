@@ -24,7 +24,7 @@ constexpr double kSettledSigmas = 0.1;
 constexpr double kUndetermined = 0.7;  // share of the prior's sigma that remains
 constexpr double kNoPrior = 0.05;      // sigma of a negligible prior, as a share of the distance
 constexpr double kContradictedSigmas = 4, kMovedSigmas = 3;
-// Chi-square limit of what is estimated against the approximation, as in precise matching.
+// Chi-square limit of the approximation against what is estimated.
 const double kMostApart = ChiSquareLimit(6, 1e-4);
 
 const FilmPosition& PositionOf(const PhotoToOrient& photo, const ExteriorResult& result) {
@@ -37,16 +37,11 @@ PhotoView ViewOf(const PhotoToOrient& photo, const ExteriorResult& result) {
   return {photo.camera, position.photo_from_pixel, *result.pose, position.film_correction};
 }
 
-// How far a pose, or a pose with its principal distance, is from what was given.
-double Chi2(const PosePrior& approximation, const Pose& pose) {
+// Whether an approximation is too far from a pose that was estimated without it.
+bool Contradicts(const PosePrior& approximation, const Pose& pose, const Matrix6d& covariance) {
   const Vector6d off = PoseDifference(pose, approximation.pose);
-  return off.dot(approximation.covariance.ldlt().solve(off));
-}
-
-double Chi2(const PosePrior& approximation, const PrincipalDistancePrior& prior,
-            const CorrelatedPose& estimated) {
-  const double off_mm = estimated.principal_distance_mm - prior.value_mm;
-  return Chi2(approximation, estimated.pose) + std::pow(off_mm / prior.sigma_mm, 2);
+  const Matrix6d sum = approximation.covariance + covariance;
+  return !(off.dot(sum.ldlt().solve(off)) <= kMostApart);
 }
 
 // Edges are left out: a result has of their covariance the sigmas of both axes only.
@@ -70,15 +65,17 @@ std::optional<CorrelatedPose> Free(const PhotoToOrient& photo,
                                 prior);
 }
 
-// With an approximation that is far off, pose and principal distance are estimated without it: the
-// principal distance would take up the approximation's error, as the flying height does.
+// An approximation that the photo contradicts is left out: the principal distance would take up its
+// error, as the flying height does.
 std::optional<CorrelatedPose> FreeOfWrongApproximation(const PhotoToOrient& photo,
                                                        const std::vector<patchdb::Patch>& patches,
                                                        const ExteriorResult& result,
                                                        const PrincipalDistancePrior& prior) {
-  const auto estimated = Free(photo, patches, result, photo.prior, prior);
-  if (estimated && Chi2(photo.prior, prior, *estimated) <= kMostApart) return estimated;
-  return Free(photo, patches, result, Weakened(photo.prior), prior);
+  const auto without = Free(photo, patches, result, Weakened(photo.prior), prior);
+  if (without && Contradicts(photo.prior, without->pose, without->honest_covariance))
+    return without;
+  const auto with = Free(photo, patches, result, photo.prior, prior);
+  return with ? with : without;
 }
 
 double MedianHeight_m(const ExteriorResult& result) {
@@ -159,7 +156,7 @@ void JudgePrincipalDistance(const PhotoToOrient& photo, const std::vector<patchd
   if (!result->pose || !result->projection_sigma || !Has(result->findings, Reason::kResidualTrend))
     return;
   const double stated_mm = photo.camera.principal_distance_mm;
-  const bool contradicted = Chi2(photo.prior, *result->pose) > kMostApart;
+  const bool contradicted = Contradicts(photo.prior, *result->pose, *result->covariance);
   const auto free =
       Free(photo, patches, *result, contradicted ? Weakened(photo.prior) : photo.prior,
            {stated_mm, kNoPrior * stated_mm});

@@ -284,7 +284,8 @@ InteriorResult AsClicked(const InteriorResult& found, const CameraFile& camera,
     best = *turned;
   }
   if (most == 0 || alike) best = found;
-  Add(most > 0 && alike ? Findings{AllClicksContradicted(clicks)} : JudgeClicks(Inexact(clicks), best),
+  Add(most > 0 && alike ? Findings{AllClicksContradicted(clicks)}
+                        : JudgeClicks(Inexact(clicks), best),
       &best);
   return best;
 }

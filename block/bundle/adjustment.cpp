@@ -276,7 +276,8 @@ void Adjustment::Finish() {
   result_->cameras = CalibratedCameras(system_);
   result_->factors = {
       std::max(system_.Factor(RowKind::kControlImage), system_.Factor(RowKind::kControlGround)),
-      system_.Factor(RowKind::kGnss), system_.Factor(RowKind::kPosePrior)};
+      system_.Factor(RowKind::kGnss), system_.Factor(RowKind::kPosePrior),
+      system_.Factor(RowKind::kMeasuredImage), system_.Factor(RowKind::kSurveyedGround)};
   if (normals_ && !tests_.of_row.empty()) {
     FillResult();
   } else {

@@ -87,6 +87,7 @@ struct VarianceFactors {
   double control = 1;  // the larger one of image and ground: of control that one photo sees they
                        // can hardly be told apart
   double gnss = 1, approximations = 1;
+  double measured_image = 1, surveyed_ground = 1;  // by people or other programs
 };
 
 // A check patch: its ground point intersected from the photos, its image predicted.

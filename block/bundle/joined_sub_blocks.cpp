@@ -67,6 +67,8 @@ void JoinedSubBlocks::Add(const AdjustedSubBlock& adjusted) {
   factors.control = std::max(factors.control, of.factors.control);
   factors.gnss = std::max(factors.gnss, of.factors.gnss);
   factors.approximations = std::max(factors.approximations, of.factors.approximations);
+  factors.measured_image = std::max(factors.measured_image, of.factors.measured_image);
+  factors.surveyed_ground = std::max(factors.surveyed_ground, of.factors.surveyed_ground);
   largest_ = std::max(largest_, static_cast<int>(adjusted.sub.photos.size()));
   ++count_;
 }

@@ -9,7 +9,8 @@
 namespace orient::block {
 namespace {
 
-// That prior knowledge of aerial film is worth: as many as the residuals of four marks have.
+// Degrees of freedom that the prior knowledge of aerial film counts for: as many as the residuals
+// of four marks have.
 constexpr double kFilmDegreesOfFreedom = 2;
 
 // Sigma of the film's smooth deformation between the marks. With a reseau, what it leaves: by how

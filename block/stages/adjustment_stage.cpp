@@ -208,15 +208,15 @@ Matrix6d CovarianceOfBend(const Camera& camera, const Pose& pose, double sigma_m
 
 }  // namespace
 
-void AddFilmBends(const std::function<double(const Camera&, const Pose&)>& height_under_m,
+void AddFilmBends(const std::function<double(std::size_t photo)>& height_under_m,
                   AdjustedBlock* adjusted) {
   for (std::size_t i = 0; i < adjusted->block.photos.size(); ++i) {
     const BlockPhoto& given = adjusted->block.photos[i];
     AdjustedPhoto& photo = adjusted->result.photos[i];
     if (photo.state != PhotoState::kAdjusted || given.film_sigma_mm <= 0) continue;
     const Camera& camera = adjusted->result.cameras[given.camera];
-    const Matrix6d bend = CovarianceOfBend(camera, photo.pose, given.film_sigma_mm,
-                                           height_under_m(camera, photo.pose));
+    const Matrix6d bend =
+        CovarianceOfBend(camera, photo.pose, given.film_sigma_mm, height_under_m(i));
     photo.covariance += bend;
     const auto& together = adjusted->result.covariance_photos;
     const auto k = std::find(together.begin(), together.end(), i) - together.begin();
@@ -251,9 +251,13 @@ AdjustedBlock AdjustPhotos(const AdjustmentInputs& inputs) {
   options.control_shared_smoothly = exterior::kSharedSmoothly;
   options.most_photos = static_cast<std::size_t>(inputs.choice.sub_block_photos);
   adjusted.result = AdjustWholeOrInSubBlocks(adjusted.block, options);
-  AddFilmBends([&](const Camera& camera,
-                   const Pose& pose) { return GroundHeightUnder(inputs.surface, camera, pose); },
-               &adjusted);
+  AddFilmBends(
+      [&](std::size_t photo) {
+        return GroundHeightUnder(inputs.surface,
+                                 adjusted.result.cameras[adjusted.block.photos[photo].camera],
+                                 adjusted.result.photos[photo].pose);
+      },
+      &adjusted);
   return adjusted;
 }
 

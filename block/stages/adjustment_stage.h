@@ -42,6 +42,7 @@ struct AdjustedBlock {
   BlockToAdjust block;
   BlockResult result;
   std::vector<std::size_t> photo_of;
+  bool by_measurements = false;               // alone: photos have no poses but these
   std::size_t ties = 0;                       // the first so many points are ties
   std::vector<SurveyedPoint> surveyed;        // of those that people measured
   std::map<std::int64_t, std::size_t> patch;  // point of a control patch
@@ -58,8 +59,8 @@ struct JudgedBlock {
 };
 
 // Adds to the covariances of film photos' poses the effect of film bending between its marks, which
-// neighbouring observations share. `height_under_m`: of the ground below a photo.
-void AddFilmBends(const std::function<double(const Camera&, const Pose&)>& height_under_m,
+// neighbouring observations share. `height_under_m`: of the ground below an adjusted photo.
+void AddFilmBends(const std::function<double(std::size_t photo)>& height_under_m,
                   AdjustedBlock* adjusted);
 
 // Throws InputError where the patch database cannot be read.

@@ -99,66 +99,84 @@ BlockPhoto PhotoOf(const CameraFile& camera, const Measurements& own, const std:
   return photo;
 }
 
-// Median height of the adjusted points.
-double MedianHeight(const AdjustedBlock& adjusted) {
-  std::vector<double> heights;
-  for (const AdjustedPoint& point : adjusted.result.points)
-    if (point.adjusted) heights.push_back(point.ground_m.z());
-  return heights.empty() ? 0 : Median(std::move(heights));
-}
-
 // What was measured in a photo and what the adjustment made of it.
 struct Seen {
   int used = 0, ties = 0, rejected = 0;
   double redundancy = 0;                          // of the used ones together
+  std::vector<double> heights_m;                  // of their ground
   std::vector<exterior::MeasuredPoint> surveyed;  // the used ones that are, as adjusted
+  std::vector<double> redundancies;               // of these, mean of both image coordinates
   Matrix6d covariance = Matrix6d::Zero();         // of the adjusted pose, without film bending
-  std::vector<double> redundancies;               // of these, mean of both coordinates
+  double height_m = 0;                            // of the ground that the photo shows
 };
+
+void Add(const AdjustedBlock& adjusted, std::size_t observed, Seen* photo) {
+  const ImageObservation& observation = adjusted.block.observations[observed];
+  const ObservationResult& result = adjusted.result.observations[observed];
+  const AdjustedPoint& point = adjusted.result.points[observation.point];
+  const bool wrong = result.state == ObservationState::kRejected || point.control_rejected;
+  photo->rejected += wrong ? 1 : 0;
+  if (result.state != ObservationState::kUsed) return;
+  ++photo->used;
+  photo->ties += observation.point < adjusted.ties ? 1 : 0;
+  photo->redundancy += result.redundancy;
+  photo->heights_m.push_back(point.ground_m.z());
+  const auto& control = adjusted.block.points[observation.point].control;
+  if (!control || wrong) return;
+  const VarianceFactors& factors = adjusted.result.factors;
+  const double sigma_px = std::sqrt(observation.covariance_px2.trace() / 2);
+  const Eigen::Vector3d variance_m2 = control->covariance_m2.diagonal() * factors.surveyed_ground;
+  photo->surveyed.push_back({.name = {},
+                             .ground_m = point.ground_m,
+                             .sigma_m = variance_m2.cwiseSqrt(),
+                             .pixel = observation.pixel,
+                             .sigma_px = sigma_px * std::sqrt(factors.measured_image)});
+  photo->redundancies.push_back(result.redundancy / 2);
+}
 
 std::vector<Seen> SeenIn(const AdjustedBlock& adjusted) {
   std::vector<Seen> seen(adjusted.block.photos.size());
-  for (std::size_t i = 0; i < adjusted.result.photos.size(); ++i)
+  for (std::size_t i = 0; i < adjusted.block.observations.size(); ++i)
+    Add(adjusted, i, &seen[adjusted.block.observations[i].photo]);
+  for (std::size_t i = 0; i < adjusted.result.photos.size(); ++i) {
     seen[i].covariance = adjusted.result.photos[i].covariance;
-  for (std::size_t i = 0; i < adjusted.block.observations.size(); ++i) {
-    const ImageObservation& observation = adjusted.block.observations[i];
-    const ObservationResult& result = adjusted.result.observations[i];
-    Seen& photo = seen[observation.photo];
-    if (result.state != ObservationState::kUsed) {
-      ++photo.rejected;
-      continue;
-    }
-    ++photo.used;
-    photo.ties += observation.point < adjusted.ties ? 1 : 0;
-    photo.redundancy += result.redundancy;
-    const auto& control = adjusted.block.points[observation.point].control;
-    const AdjustedPoint& point = adjusted.result.points[observation.point];
-    if (!control || point.control_rejected) continue;
-    photo.redundancies.push_back(result.redundancy / 2);
-    photo.surveyed.push_back({.name = {},
-                              .ground_m = point.ground_m,
-                              .sigma_m = control->covariance_m2.diagonal().cwiseSqrt(),
-                              .pixel = observation.pixel,
-                              .sigma_px = std::sqrt(observation.covariance_px2.trace() / 2)});
+    if (!seen[i].heights_m.empty()) seen[i].height_m = Median(std::move(seen[i].heights_m));
   }
   return seen;
 }
 
 // By how much a wrong image point of surveyed ground may displace the photo's projection before it
 // shows, pixels.
-double HiddenIn(const Seen& seen, const PhotoView& view, double height_m) {
+double HiddenIn(const Seen& seen, const PhotoView& view) {
   exterior::PointPose pose{.position = {}, .pose = view.pose};
   for (std::size_t i = 0; i < seen.surveyed.size(); ++i)
     pose.hidden.push_back(exterior::HiddenBy(view, seen.covariance, seen.surveyed[i],
                                              seen.surveyed.size(), seen.redundancies[i]));
-  return exterior::HiddenDisplacement(pose, view, height_m);
+  return exterior::HiddenDisplacement(pose, view, seen.height_m);
+}
+
+// Whether the points check one another. Photos with ties enough hang together, as in other blocks;
+// others rest on their surveyed points, as where there is no block.
+std::optional<Finding> JudgePoints(const Seen& seen, const PhotoView& view, double worst_px,
+                                   double wanted_px) {
+  constexpr int kLeastTies = 6;
+  constexpr double kLeastRedundancy = 6;
+  const bool hangs = seen.ties >= kLeastTies;
+  if (hangs ? seen.redundancy < kLeastRedundancy : seen.surveyed.empty())
+    return Finding{Reason::kTiesUncontrolled, Status::kWeak, seen.redundancy, kLeastRedundancy};
+  const Finding alone =
+      hangs ? exterior::JudgePointsAlone(seen.used, seen.rejected, worst_px, 0, wanted_px)
+            : exterior::JudgePointsAlone(static_cast<int>(seen.surveyed.size()), seen.rejected,
+                                         worst_px, HiddenIn(seen, view), wanted_px);
+  if (alone.at_best == Status::kOk) return std::nullopt;
+  return alone;
 }
 
 // As elsewhere, a pose is judged by how precisely it projects the ground, and by whether the points
 // check one another.
 void Judge(const AdjustedBlock& adjusted, std::size_t i, const Seen& seen, bool in_pixels,
            const MeasuredBlockInputs& inputs, ExteriorResult* result) {
-  const double height_m = MedianHeight(adjusted);
+  const double height_m = seen.height_m;
   const PhotoView view = ViewWithGivenFilm(adjusted.block, adjusted.result, i, height_m);
   result->pose = view.pose;
   const double pixel_m = view.GroundPixel(height_m);
@@ -174,15 +192,8 @@ void Judge(const AdjustedBlock& adjusted, std::size_t i, const Seen& seen, bool 
                                 .limit = wanted_px});
     return;
   }
-  // Photos that hang together check one another, as in other blocks.
-  const double hidden_px = seen.ties > 0 ? 0 : HiddenIn(seen, view, height_m);
-  const Finding checked =
-      exterior::JudgePointsAlone(seen.used, seen.rejected, worst_px, hidden_px, wanted_px);
-  if (checked.at_best != Status::kOk) result->findings.push_back(checked);
-  constexpr double kLeastRedundancy = 6;
-  if (seen.ties > 0 && seen.redundancy < kLeastRedundancy)
-    result->findings.push_back(
-        {Reason::kTiesUncontrolled, Status::kWeak, seen.redundancy, kLeastRedundancy});
+  if (const auto unchecked = JudgePoints(seen, view, worst_px, wanted_px))
+    result->findings.push_back(*unchecked);
 }
 
 ExteriorResult ResultOf(const AdjustedBlock& adjusted, std::size_t i, const Seen& seen,
@@ -245,57 +256,74 @@ BlockOptions OptionsOf(const MeasuredBlockInputs& inputs) {
   return options;
 }
 
-}  // namespace
-
-JudgedBlock AdjustMeasurements(const MeasuredBlockInputs& inputs) {
-  MeasuredPhotos measured = ByPhoto(inputs.measured);
-  if (measured.empty())
-    throw InputError(inputs.measured.folder +
-                     " holds no image points: give image_points.csv, or photos and a patch "
-                     "database in the block file");
+std::vector<BlockPhoto> PhotosToAdjust(const CameraFile& camera, const Measurements& measured,
+                                       std::map<std::string, ExteriorResult>* results) {
   std::vector<BlockPhoto> photos;
-  std::map<std::string, ExteriorResult> results;  // by photo
-  for (const auto& [name, own] : measured) {
-    ExteriorResult& result = results[name];
+  for (const auto& [name, own] : ByPhoto(measured)) {
+    ExteriorResult& result = (*results)[name];
     result.photo = name;
-    if (inputs.measured.DecisionOn(name, DecisionKind::kReject)) {
-      ApplyVerdict(inputs.measured, &result);
+    if (measured.DecisionOn(name, DecisionKind::kReject)) {
+      ApplyVerdict(measured, &result);
       continue;
     }
     std::optional<Finding> confused;
-    photos.push_back(PhotoOf(inputs.camera, own, name, &confused));
-    AddKnown(inputs.known, &photos.back());
-    if (!confused) continue;
-    photos.pop_back();
-    exterior::Add(*confused, &result);
+    BlockPhoto photo = PhotoOf(camera, own, name, &confused);
+    if (confused)
+      exterior::Add(*confused, &result);
+    else
+      photos.push_back(std::move(photo));
   }
+  if (results->empty())
+    throw InputError(measured.folder +
+                     " holds no image points: give image_points.csv, or photos and a patch "
+                     "database in the block file");
+  return photos;
+}
+
+}  // namespace
+
+std::size_t RequireAdjustable(const MeasuredBlockInputs& inputs) {
+  std::map<std::string, ExteriorResult> results;
+  const std::size_t photos = PhotosToAdjust(inputs.camera, inputs.measured, &results).size();
+  if (inputs.self_calibration && photos > static_cast<std::size_t>(inputs.sub_block_photos))
+    throw InputError(fmt::format(
+        "self_calibration would give each sub-block a camera of its own: {} photos are measured, "
+        "more than sub_block_photos = {}",
+        photos, inputs.sub_block_photos));
+  return photos;
+}
+
+JudgedBlock AdjustMeasurements(const MeasuredBlockInputs& inputs) {
+  RequireAdjustable(inputs);
+  MeasuredPhotos measured = ByPhoto(inputs.measured);
+  std::map<std::string, ExteriorResult> results;  // by photo
+  std::vector<BlockPhoto> photos = PhotosToAdjust(inputs.camera, inputs.measured, &results);
+  for (BlockPhoto& photo : photos) AddKnown(inputs.known, &photo);
   const double camera_sigma_mm =
       inputs.self_calibration ? kDoubtfulCamera * inputs.camera.camera.principal_distance_mm : 0;
   FirstPoses first({inputs.camera.camera, camera_sigma_mm}, inputs.measured.points,
                    inputs.approximations, &measured, &photos);
   JudgedBlock done;
   AdjustedBlock& adjusted = done.adjusted;
+  adjusted.by_measurements = true;
   adjusted.block.cameras = {inputs.camera.camera};
   for (std::size_t i = 0; i < photos.size(); ++i)
     if (first.Oriented(i)) adjusted.block.photos.push_back(photos[i]);
   AddMeasuredTies(inputs.measured, &adjusted.block);
   adjusted.ties = adjusted.block.points.size();
   adjusted.surveyed = AddSurveyedPoints(inputs.measured, &adjusted.block);
-  if (inputs.self_calibration && std::ssize(adjusted.block.photos) > inputs.sub_block_photos)
-    throw InputError(fmt::format(
-        "self_calibration would give each sub-block a camera of its own: {} photos are measured, "
-        "more than sub_block_photos = {}",
-        adjusted.block.photos.size(), inputs.sub_block_photos));
   if (!adjusted.block.photos.empty())
     adjusted.result = AdjustWholeOrInSubBlocks(adjusted.block, OptionsOf(inputs));
   const std::vector<Seen> seen = SeenIn(adjusted);
-  const double height_m = MedianHeight(adjusted);
-  AddFilmBends([=](const Camera&, const Pose&) { return height_m; }, &adjusted);
+  AddFilmBends([&](std::size_t photo) { return seen[photo].height_m; }, &adjusted);
   done.findings = adjusted.result.findings;
   if (auto unknown = UnknownPhotos(inputs.measured, NamesOf(measured)))
     done.findings.push_back(*std::move(unknown));
   SetResults(inputs, measured, photos, adjusted, seen, &first, &results);
   for (auto& [name, result] : results) done.results.push_back(std::move(result));
+  for (const BlockPhoto& photo : adjusted.block.photos)
+    adjusted.photo_of.push_back(
+        static_cast<std::size_t>(std::distance(results.begin(), results.find(photo.name))));
   return done;
 }
 

@@ -23,10 +23,14 @@ struct MeasuredBlockInputs {
   std::optional<double> target_m = {};  // that makes a photo ok; empty: its pixel, or 30 um
 };
 
+// The number of photos to adjust. Throws as AdjustMeasurements.
+std::size_t RequireAdjustable(const MeasuredBlockInputs& inputs);
+
 // First poses by resection from surveyed points, and from those that photos oriented before
 // intersect; otherwise the approximation. Then the bundle adjustment. A film photo measured in
 // pixels needs its fiducial marks measured, too. Throws InputError: no image points, a photo of
-// such film without four measured marks. The results are of all photos that were measured, by name.
+// such film without four measured marks, self-calibration of too many photos. The results are of
+// all photos that were measured, by name.
 JudgedBlock AdjustMeasurements(const MeasuredBlockInputs& inputs);
 
 }  // namespace orient::block

@@ -15,8 +15,8 @@ namespace {
 // Factor on the sigmas of points intersected from poses, which have errors of their own.
 constexpr double kPosesSigmas = 5;
 
-// Film and camera displace a photo's points together: as if each had an error of its own, so that
-// none is taken for wrong because of it. The adjustment knows better.
+// Film and camera displace all points of a photo. Here each point gets that error as one of its
+// own, so that none is rejected for it; the adjustment models it.
 void AddSystematic(const BlockPhoto& photo, double camera_sigma_mm,
                    std::vector<exterior::MeasuredPoint>* points) {
   const double pixel_mm = std::sqrt(std::abs(photo.photo_from_pixel.A.determinant()));

@@ -103,14 +103,11 @@ int Wrong(const PointStart& start) {
   return control - start.by_points->Used();
 }
 
-// Points measured in the photo system give the same pose however the film lies on its scan, and do
-// not tell that. Of a film that may lie in several ways they alone are control. Returns whether
-// there are any and several ways.
-bool LeavePositionOpen(std::size_t positions, std::vector<exterior::MeasuredPoint>* points) {
-  const auto in_photo_system = [](const auto& point) { return point.in_photo_system; };
-  if (positions < 2 || std::none_of(points->begin(), points->end(), in_photo_system)) return false;
-  for (exterior::MeasuredPoint& point : *points) point.control &= point.in_photo_system;
-  return true;
+// Whether the film may lie on its scan in several ways and the points were measured in the photo
+// system: these give the same pose whichever it is.
+bool LeavesPositionOpen(std::size_t positions, const std::vector<exterior::MeasuredPoint>& points) {
+  return positions > 1 && std::any_of(points.begin(), points.end(),
+                                      [](const auto& point) { return point.in_photo_system; });
 }
 
 std::optional<Finding> PositionOpen(const std::vector<exterior::FilmPosition>& positions) {
@@ -151,7 +148,7 @@ PointStart StartOf(const ExteriorSetting& setting, const std::string& name,
                    .stated = stated,
                    .approximation_is_stated = stated};
   start.points = PointsOf(setting.options.measurements, name, interior->positions.front());
-  const bool open = LeavePositionOpen(interior->positions.size(), &start.points);
+  const bool open = LeavesPositionOpen(interior->positions.size(), start.points);
   const auto is_control = [](const exterior::MeasuredPoint& point) { return point.control; };
   if (std::none_of(start.points.begin(), start.points.end(), is_control)) return start;
   std::vector<exterior::FilmPosition> positions = interior->positions;
@@ -232,6 +229,7 @@ std::vector<OverviewItem> ClickedPoints(const PointStart& start) {
   std::vector<OverviewItem> items;
   for (std::size_t i = 0; i < start.points.size(); ++i) {
     if (!start.points[i].control) continue;
+    if (LeavesPositionOpen(start.positions.size(), start.points)) continue;  // no place in the scan
     const bool used = start.by_points && start.by_points->used[i];
     const auto state = used ? OverviewState::kUsed : OverviewState::kRejected;
     items.push_back(

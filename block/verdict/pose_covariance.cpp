@@ -16,14 +16,16 @@ namespace {
 constexpr std::array<const char*, 6> kElements = {"x", "y", "z", "omega", "phi", "kappa"};
 
 // Indices of adjusted photos whose results hold the adjusted pose. A photo not adjusted, or whose
-// adjusted pose was not accepted, has another pose in its result, or none.
+// adjusted pose was not accepted, has another pose in its result, or none; of a block by image
+// measurements there are no others.
 std::vector<Eigen::Index> OfTheBlock(const AdjustedBlock& adjusted,
                                      const std::vector<ExteriorResult>& results) {
   std::vector<Eigen::Index> places;
   const std::vector<std::size_t>& photos = adjusted.result.covariance_photos;
   for (std::size_t k = 0; k < photos.size(); ++k) {
     const ExteriorResult& result = results[adjusted.photo_of[photos[k]]];
-    if (result.pose && result.alone) places.push_back(static_cast<Eigen::Index>(k));
+    if (result.pose && (result.alone || adjusted.by_measurements))
+      places.push_back(static_cast<Eigen::Index>(k));
   }
   return places;
 }

@@ -15,8 +15,8 @@ struct MeasuredPoint {
   Eigen::Vector3d ground_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d sigma_m = Eigen::Vector3d::Zero();
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
-  double sigma_px = 1;  // of each coordinate
-  bool control = true;         // false: compared with the pose, and no part of it
+  double sigma_px = 1;           // of each coordinate
+  bool control = true;           // false: compared with the pose, and no part of it
   bool in_photo_system = false;  // measured there: its pixel follows from the film's position
 };
 

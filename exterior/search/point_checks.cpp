@@ -58,11 +58,15 @@ Matrix6d HiddenBy(const PhotoView& view, const Matrix6d& covariance, const Measu
                   std::size_t points, double redundancy) {
   const auto d = PixelFromGroundWithDerivatives(view, point.ground_m);
   if (!d) return Matrix6d::Zero();
-  const Eigen::LLT<Eigen::Matrix2d> observed(ObservedCovariance(point, *d));
+  const Eigen::Matrix2d both = ObservedCovariance(point, *d);
+  const Eigen::LLT<Eigen::Matrix2d> observed(both);
   const Eigen::Matrix<double, 6, 2> moved =
       covariance * observed.matrixL().solve(d->by_pose).transpose();
   const double shows = std::sqrt(PointChiSquareLimit(points)) + kPower;
-  return moved * moved.transpose() * (shows * shows / std::max(redundancy, kLeastRedundancy));
+  // An error shows in the residuals of the image and of the ground coordinates together.
+  const double of_both =
+      std::min(redundancy * both.trace() / (2 * point.sigma_px * point.sigma_px), 1.0);
+  return moved * moved.transpose() * (shows * shows / std::max(of_both, kLeastRedundancy));
 }
 
 double HiddenDisplacement(const PointPose& pose, const PhotoView& view, double height_m) {

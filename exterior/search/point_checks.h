@@ -33,8 +33,9 @@ struct PointCheck {
 PointCheck CheckPoint(const PhotoView& view, const Matrix6d& covariance, const MeasuredPoint& point,
                       std::size_t points);
 
-// PointCheck::hidden where an adjustment of more than this photo tells the point's redundancy
-// (0..1, mean of both coordinates) and the pose's covariance.
+// PointCheck::hidden where an adjustment of more than this photo tells the pose's covariance and
+// the redundancy of the image coordinates (0..1, mean of both); the point's sigmas must be scaled
+// as that adjustment's covariance is.
 Matrix6d HiddenBy(const PhotoView& view, const Matrix6d& covariance, const MeasuredPoint& point,
                   std::size_t points, double redundancy);
 

@@ -1,13 +1,13 @@
 #include "ortho/mosaic.h"
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
 #include "core/base/atomic_write.h"
 #include "core/base/error.h"
 #include "core/raster/band_raster.h"
 #include "ortho/new_cog.h"
 #include "tests/support/expect_error.h"
+#include "tests/support/few_files.h"
 #include "tests/support/shared_data.h"
 
 namespace orient::ortho {
@@ -130,14 +130,10 @@ TEST_F(Mosaic, IsTheSameForAnyNumberOfThreads) {
 }
 
 TEST_F(Mosaic, MayHaveMorePartsThanFilesMayBeOpen) {
-  rlimit before{};
-  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
-  rlimit few = before;
-  few.rlim_cur = 130;
-  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &few), 0);
+  ORIENT_REQUIRE_FEW_FILES();
+  const FewFiles few(110);
   for (int i = 0; i < 150; ++i) Add(std::to_string(i), 20.0 * i, static_cast<float>(i));
   Make(Seamlines::ByNearestNadir(outlines_));
-  setrlimit(RLIMIT_NOFILE, &before);
   for (const int i : {0, 71, 149}) EXPECT_EQ(At(20.0 * i + 0.5, 0.5), static_cast<float>(i));
 }
 

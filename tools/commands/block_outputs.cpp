@@ -127,7 +127,9 @@ std::optional<Finding> SetOtherPhotosAside(const BlockFile& block,
                                            const block::OrientedBlock& oriented) {
   const fs::path out(block.output_directory);
   std::set<std::string> photos, others;
-  for (const ExteriorResult& result : oriented.results) photos.insert(result.photo);
+  // Of a block by image measurements all of them: what was made from scans is none of its results.
+  if (!block.ByMeasurementsAlone())
+    for (const ExteriorResult& result : oriented.results) photos.insert(result.photo);
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator(out, ignored))
     if (const std::string photo = PhotoOf(entry.path()); !photo.empty() && !photos.contains(photo))

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <optional>
 #include <ostream>
 #include <utility>
@@ -112,13 +113,22 @@ class OrthoRun {
       });
   }
 
+  // Whether the metadata of the program's own files stands at the file's beginning.
+  static bool BeginsAsOwn(const std::string& path) {
+    std::string begin(1 << 16, '\0');
+    std::ifstream file(path, std::ios::binary);
+    file.read(begin.data(), std::ssize(begin));
+    begin.resize(static_cast<std::size_t>(file.gcount()));
+    return begin.find(kMadeFrom) != std::string::npos;
+  }
+
   template <typename IsOwn>
   static void RefuseIfOthers(const std::string& path, IsOwn&& is_own) {
     if (!fs::exists(path)) return;
     try {
       if (is_own(BandRaster::Open(path))) return;
-    } catch (const InputError&) {  // cut off: made anew
-      return;
+    } catch (const InputError&) {
+      if (BeginsAsOwn(path)) return;  // cut off: made anew
     }
     throw UsageError(path +
                      " was not made by orient ortho; choose another folder or give --overwrite");

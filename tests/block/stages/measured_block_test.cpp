@@ -276,6 +276,8 @@ TEST_F(FilmInPixels, ACheckPointClickedElsewhereIsNamed) {
     return TextOf(TableOfPoints(done.adjusted.surveyed, done.adjusted.block, done.adjusted.result));
   };
   for (const std::string& line : said()) EXPECT_EQ(line.find("far off"), std::string::npos);
+  for (const ExteriorResult& result : Adjusted().results)
+    EXPECT_EQ(result.status, Status::kOk) << JoinedSentences(result.findings);
   for (ImagePointMeasurement& point : measured_.image_points)
     if (point.point == "p12" && point.photo == "a") point.pixel->x() += 80;
   const std::vector<std::string> lines = said();

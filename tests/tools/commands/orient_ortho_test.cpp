@@ -176,6 +176,9 @@ TEST_F(OrientOrtho, AMosaicOfOthersIsNotReplaced) {
   EXPECT_EQ(run.exit_code, 1) << run.out;
   EXPECT_NE(run.err.find("mosaic.tif was not made by orient ortho"), std::string::npos) << run.err;
   EXPECT_EQ(ReadFile(Path("ortho/mosaic.tif")), ReadFile(Path("dem.tif")));
+  WriteFileAtomically(Path("ortho/mosaic.tif"), "no raster at all");
+  EXPECT_EQ(Run({"--mosaic", "--gsd-m", "10", "--resume"}).exit_code, 1);
+  EXPECT_EQ(ReadFile(Path("ortho/mosaic.tif")), "no raster at all");
 }
 
 TEST_F(OrientOrtho, PosesOfARunThatHasNotEndedAreSaidToBe) {

@@ -13,6 +13,7 @@
 #include "block/verdict/calibrated_camera.h"
 #include "block/verdict/point_table.h"
 #include "block/verdict/pose_covariance.h"
+#include "core/base/error.h"
 #include "core/terrain/earth_effects.h"
 #include "core/terrain/map_scale.h"
 #include "tools/commands/block_outputs.h"
@@ -70,7 +71,8 @@ std::vector<std::string> ResultsOf(const std::string& directory, const Measureme
 std::vector<RunInput> RecordedInputs(const BlockFile& block, const std::string& block_path) {
   std::vector<RunInput> inputs = {FileInput("block file", block_path),
                                   FileInput("camera", block.camera),
-                                  FileInput("approximations", block.approximations)};
+                                  FileInput("approximations", block.approximations),
+                                  FileInput("GNSS positions", block.gnss.positions)};
   for (const std::string& file : MeasurementFiles(block.measurements))
     if (std::filesystem::exists(file)) inputs.push_back(FileInput("measurements", file));
   return inputs;
@@ -107,6 +109,10 @@ ExitCode AdjustMeasuredBlock(const BlockFile& block, const MeasuredBlockRun& run
                              std::ostream& out) {
   const std::string& directory = block.output_directory;
   const bool resume = !run.overwrite && (run.resume || block::IsUnfinished(directory));
+  if (!block.formats.empty())
+    throw InputError(run.block_path +
+                     ": output.formats is for blocks of photos; export this one with 'orient "
+                     "convert'");
   CameraFile camera = ReadCameraFile(block.camera);
   const Measurements measured = ReadMeasurements(block.measurements);
   RefuseToOverwrite(ResultsOf(directory, measured), run.overwrite || resume, "--resume");
@@ -120,9 +126,10 @@ ExitCode AdjustMeasuredBlock(const BlockFile& block, const MeasuredBlockRun& run
   inputs.pose_covariance = block.adjustment.pose_covariance;
   inputs.target_m = block.target_m;
   RefuseFalseScaleOf(block, inputs);
+  const std::size_t photos = block::RequireAdjustable(inputs);
   if (run.plan) {
-    out << fmt::format("adjust   {} image points, {} ground points; all results anew\n",
-                       measured.image_points.size(), measured.points.size());
+    out << fmt::format("adjust   {} photos, {} image points, {} ground points; all results anew\n",
+                       photos, measured.image_points.size(), measured.points.size());
     return ExitCode::kAllDone;
   }
   const block::BlockFolder folder(directory, resume);

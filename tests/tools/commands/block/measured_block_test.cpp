@@ -11,8 +11,10 @@
 #include "core/base/folder_lock.h"
 #include "core/base/output_directory.h"
 #include "core/files/camera_file.h"
+#include "core/files/results.h"
 #include "core/geometry/collinearity.h"
 #include "core/measurements/written_measurements.h"
+#include "core/terrain/photo_view.h"
 #include "tests/support/run_orient.h"
 #include "tests/support/shared_data.h"
 
@@ -91,6 +93,13 @@ TEST_F(MeasuredBlock, ItsCameraIsTheCalibratedOneWithWhichThePosesHold) {
   const double calibrated = ReadCameraFile(Out("block_camera.toml")).camera.principal_distance_mm;
   EXPECT_NEAR(calibrated, kTrueDistance_mm, 0.1);
   EXPECT_EQ(calibrated, ReadCameraFile(Out("calibrated_camera.toml")).camera.principal_distance_mm);
+  const Camera camera = ReadCameraFile(Out("block_camera.toml")).camera;
+  PhotoView view{camera, DigitalPhotoFromPixel(camera), {}};
+  for (const ImagePointMeasurement& seen : measured_.image_points) {
+    view.pose = *ReadExteriorResult(Out(seen.photo + ".exterior.json")).pose;
+    const auto pixel = view.PixelFromGround(measured_.Point(seen.point)->ground_m);
+    EXPECT_LT((*pixel - *seen.pixel).norm(), 8 * kSeen_px) << seen.photo << " " << seen.point;
+  }
 }
 
 TEST_F(MeasuredBlock, APlanWritesNothing) {
@@ -98,6 +107,25 @@ TEST_F(MeasuredBlock, APlanWritesNothing) {
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_NE(run.out.find("64 ground points"), std::string::npos) << run.out;
   EXPECT_FALSE(fs::exists(folder_ / "out"));
+}
+
+TEST_F(MeasuredBlock, WhatCannotBeAdjustedIsSaidBeforeAnythingIsWritten) {
+  WriteImagePoints(folder_.Path(), {});
+  for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--plan"}}) {
+    const ProgramRun run = Run(more);
+    EXPECT_EQ(run.exit_code, 2) << run.out;
+    EXPECT_NE(run.err.find("holds no image points"), std::string::npos) << run.err;
+    EXPECT_FALSE(fs::exists(folder_ / "out"));
+  }
+}
+
+TEST_F(MeasuredBlock, ResultsOfScansAreSetAside) {
+  MakeOutputDirectory(Out(""));
+  WriteFileAtomically(Out("a.interior.json"), "of the scan");
+  ASSERT_EQ(Run().exit_code, 0);
+  EXPECT_FALSE(Exists("a.interior.json"));
+  EXPECT_EQ(ReadFile(Out("not_in_block/a.interior.json")), "of the scan");
+  EXPECT_TRUE(Exists("a.exterior.json"));
 }
 
 TEST_F(MeasuredBlock, OptionsOfPhotosAreRefused) {
