@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <fstream>
 
 #include "block/inputs/block_camera.h"
 #include "block/inputs/block_photos.h"
@@ -15,6 +16,7 @@
 #include "core/files/orientation_table.h"
 #include "core/raster/raster.h"
 #include "tools/convert/convert_source.h"
+#include "tools/report/figures/mosaic_sources.h"
 
 namespace orient {
 namespace {
@@ -138,6 +140,15 @@ std::string DigestOf(const Shared& shared, const ortho::OrientedPhoto& photo) {
        {"interior", block::DigestOfContents(InteriorResultPath(shared.interior, photo.name))}});
 }
 
+// Whether the metadata of the program's own files stands at the file's beginning.
+bool BeginsAsOwn(const std::string& path) {
+  std::string begin(1 << 16, '\0');
+  std::ifstream file(path, std::ios::binary);
+  file.read(begin.data(), std::ssize(begin));
+  begin.resize(static_cast<std::size_t>(file.gcount()));
+  return begin.find(kMadeFrom) != std::string::npos;
+}
+
 }  // namespace
 
 OrthoPhotos ReadOrthoPhotos(const OrthoSource& source) {
@@ -156,6 +167,18 @@ OrthoPhotos ReadOrthoPhotos(const OrthoSource& source) {
     }
   }
   return found;
+}
+
+void RefuseFileOfOthers(const std::string& path,
+                        const std::function<bool(const BandRaster&)>& is_own) {
+  if (!fs::exists(path)) return;
+  try {
+    if (is_own(BandRaster::Open(path))) return;
+  } catch (const InputError&) {
+    if (BeginsAsOwn(path)) return;  // cut off: made anew
+  }
+  throw UsageError(path +
+                   " was not made by orient ortho; choose another folder or give --overwrite");
 }
 
 }  // namespace orient

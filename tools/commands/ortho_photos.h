@@ -2,9 +2,11 @@
 // their scans.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
+#include "core/raster/band_raster.h"
 #include "core/terrain/crs.h"
 #include "ortho/orthophoto.h"
 
@@ -29,5 +31,10 @@ struct OrthoPhotos {
 // Throws InputError, UsageError for what concerns all photos: no table of orientations, no CRS, no
 // camera.
 OrthoPhotos ReadOrthoPhotos(const OrthoSource& source);
+
+// Throws UsageError where there is a file that no run of 'orient ortho' made: `is_own` tells by
+// what its metadata say. One of such a run that was cut off may be replaced.
+void RefuseFileOfOthers(const std::string& path,
+                        const std::function<bool(const BandRaster&)>& is_own);
 
 }  // namespace orient

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <ostream>
 #include <utility>
@@ -105,33 +104,12 @@ class OrthoRun {
   void RefuseOthersOrthophotos(const OrthoPhotos& found) const {
     if (options_.overwrite) return;
     for (const ortho::OrientedPhoto& photo : found.photos)
-      RefuseIfOthers(OrthoPath(photo.name),
-                     [](const BandRaster& file) { return !file.Metadata(kMadeFrom).empty(); });
+      RefuseFileOfOthers(OrthoPath(photo.name),
+                         [](const BandRaster& file) { return !file.Metadata(kMadeFrom).empty(); });
     if (options_.mosaic)  // old ones do not say what they were made from
-      RefuseIfOthers(PathOf(kMosaic), [](const BandRaster& file) {
+      RefuseFileOfOthers(PathOf(kMosaic), [](const BandRaster& file) {
         return file.Metadata(kSoftware).starts_with("orient ");
       });
-  }
-
-  // Whether the metadata of the program's own files stands at the file's beginning.
-  static bool BeginsAsOwn(const std::string& path) {
-    std::string begin(1 << 16, '\0');
-    std::ifstream file(path, std::ios::binary);
-    file.read(begin.data(), std::ssize(begin));
-    begin.resize(static_cast<std::size_t>(file.gcount()));
-    return begin.find(kMadeFrom) != std::string::npos;
-  }
-
-  template <typename IsOwn>
-  static void RefuseIfOthers(const std::string& path, IsOwn&& is_own) {
-    if (!fs::exists(path)) return;
-    try {
-      if (is_own(BandRaster::Open(path))) return;
-    } catch (const InputError&) {
-      if (BeginsAsOwn(path)) return;  // cut off: made anew
-    }
-    throw UsageError(path +
-                     " was not made by orient ortho; choose another folder or give --overwrite");
   }
 
   void TellPlan(const OrthoPhotos& found, double gsd_m, std::ostream& out) const {

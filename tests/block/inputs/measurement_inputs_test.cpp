@@ -58,7 +58,11 @@ TEST(ApplyDecidedPositions, APhotoThatNoRowKnowsIsAsHighAsTheOthersAndItsKappaUn
   EXPECT_FALSE(rows[2].attitude_known);
   EXPECT_EQ((*rows[2].sigma)[2], 300);
   ApplyDecidedPositions(
-      Placed("d", "1 2 3"), {"d"}, {}, [](const auto&) { return ExpectedHeight{990, 40}; }, &rows);
+      Placed("d", "1 2 3"), {"d"}, {},
+      [](const auto&) {
+        return ExpectedHeight{990, 40};
+      },
+      &rows);
   EXPECT_EQ(rows[3].pose.position_m.z(), 990);
   EXPECT_EQ((*rows[3].sigma)[2], 40) << "as the flight's heights, not as the place";
   ApplyDecidedPositions(Placed("e", "1 2 3"), {"e"}, {}, {}, &rows);
