@@ -71,10 +71,13 @@ std::vector<Block> BlocksOf(const std::vector<TextLine>& lines) {
         "the control points are not ended by -99; add that line, or the part of the file that is "
         "missing");
   while (!blocks.empty() && blocks.back().empty()) blocks.pop_back();
-  if (blocks.size() > 2)
-    blocks[2].front().Fail(
+  if (blocks.size() > 2) {
+    const auto further = std::find_if(blocks.begin() + 2, blocks.end(),
+                                      [](const Block& block) { return !block.empty(); });
+    further->front().Fail(
         "here a third block begins; PAT-B's control is one block of X, Y and Z, or one of X and Y "
         "and one of Z. Give the points of the others a file of their own");
+  }
   return blocks;
 }
 

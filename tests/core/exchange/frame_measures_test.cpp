@@ -127,6 +127,8 @@ TEST_F(FrameMeasures, ControlThatMayMeanTwoThingsIsRefused) {
               {"line 2", "\"2\""});
   PatbRefused("1001 500000.5 5000000.0 123.4 1\n-99\n1 2.0 3\n-99\n4 5.5\n-99\n",
               {"line 5", "third block"});
+  PatbRefused("1001 500000.5 5000000.0 123.4 1\n-99\n-99\n-99\n4 5.5\n-99\n",
+              {"line 5", "third block"});
   PatbRefused("1001 500000.5 5000000.0 123.4 1\n", {"line 1", "not ended by -99"});
   PatbRefused("11 1001 34214.8 -77830.8\n-99\n", {"line 1", "-77830.8", "no ground"});
 }
