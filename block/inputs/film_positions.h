@@ -11,12 +11,17 @@
 
 namespace orient::block {
 
-// Sigma of the film's deformation between its marks, mm, where no reseau shows it.
+// Sigma of a good film's deformation between its marks, scanned as well, mm.
 inline constexpr double kFilmSigma_mm = 0.003;
 
 // Covariance of an affine transform from few marks, whose residuals have few degrees of freedom:
 // combined with prior knowledge, the sigma of a coordinate in units of the fit's sigma0.
 Matrix6d PooledCovariance(const TransformFit& fit, double prior_sigma);
+
+// Sigma of the film's smooth deformation between its marks: a good film's, and what the marks'
+// residuals show beyond what their own errors explain, as those of films on desktop scanners and of
+// prints do. `unit_mm`: of the fit's sigma0.
+double FilmSigma_mm(const TransformFit& fit, double prior_sigma, double unit_mm);
 
 // One position, or those that interior orientation left open; the likeliest first. The result must
 // have a transform.

@@ -59,6 +59,12 @@ std::vector<PointPair2d> WithFilm(std::vector<PointPair2d> pairs, const Affine2d
   return pairs;
 }
 
+double MeanSigma(const std::vector<PointPair2d>& pairs) {
+  double sum = 0;
+  for (const PointPair2d& pair : pairs) sum += pair.sigma;
+  return sum / static_cast<double>(pairs.size());
+}
+
 // Stores the film's transform with its covariance. Returns a finding where marks are confused.
 std::optional<Finding> SetFilm(const CameraFile& camera, const Measurements& measured,
                                BlockPhoto* photo) {
@@ -76,9 +82,11 @@ std::optional<Finding> SetFilm(const CameraFile& camera, const Measurements& mea
     throw InputError(measured.folder + ": photo " + photo->name +
                      " is measured in pixels, but fewer than four of its camera's marks are, or "
                      "they lie on one line; add them to marks.csv");
-  const auto with_film = FitAffine(WithFilm(pairs, fit->transform)).value();
+  const std::vector<PointPair2d> weighted = WithFilm(pairs, fit->transform);
+  const TransformFit with_film = FitAffine(weighted).value();
   photo->photo_from_pixel = with_film.transform;
   photo->interior = PooledCovariance(with_film, 1);
+  photo->film_sigma_mm = FilmSigma_mm(with_film, 1, MeanSigma(weighted));
   return ConfusedMarks(pairs, ids, with_film.transform);
 }
 
