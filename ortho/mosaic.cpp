@@ -1,5 +1,6 @@
 #include "ortho/mosaic.h"
 
+#include <fmt/format.h>
 #include <gdal.h>
 
 #include <algorithm>
@@ -67,6 +68,13 @@ class Parts {
 MapGrid Around(const std::vector<MosaicPart>& parts) {
   MapGrid all = parts.front().grid;
   for (const MosaicPart& part : parts) all = all.With(part.grid);
+  constexpr double kMostPixels = 1e11;
+  const double pixels = static_cast<double>(all.width) * all.height;
+  if (!(pixels < kMostPixels))
+    throw InputError(fmt::format(
+        "a mosaic of these {} orthophotos would have {:.2g} pixels; give a larger --gsd-m, or make "
+        "one of each area",
+        parts.size(), pixels));
   return all;
 }
 
@@ -164,16 +172,16 @@ class MosaicTile {
   std::vector<double> rank_;  // -1: chosen by the seamlines; else squared distance from nadir
 };
 
+// `chosen`: a part for each pixel, or none.
 void DrawTile(const Parts& parts, const std::vector<int>& chosen, MosaicTile* tile) {
-  const auto is_chosen = [&](int index) {
-    return std::find(chosen.begin(), chosen.end(), index) != chosen.end();
-  };
-  const int count = static_cast<int>(parts.Size());
-  for (int i = 0; i < count; ++i)
-    if (is_chosen(i)) tile->Add(parts, i, chosen);
+  std::vector<bool> is_chosen(parts.Size(), false);
+  for (const int part : chosen)
+    if (part >= 0) is_chosen[static_cast<std::size_t>(part)] = true;
+  for (std::size_t i = 0; i < parts.Size(); ++i)
+    if (is_chosen[i]) tile->Add(parts, static_cast<int>(i), chosen);
   if (tile->Complete()) return;
-  for (int i = 0; i < count; ++i)
-    if (!is_chosen(i)) tile->Add(parts, i, chosen);
+  for (std::size_t i = 0; i < parts.Size(); ++i)
+    if (!is_chosen[i]) tile->Add(parts, static_cast<int>(i), chosen);
 }
 
 }  // namespace

@@ -68,6 +68,7 @@ Rectifier::Rectifier(const PhotoView& view, const GroundSurface& surface, const 
     : surface_(surface),
       scan_(scan),
       negative_(options.negative),
+      most_values_(options.most_values),
       centre_m_(view.pose.position_m),
       photo_from_ground_(view.pose.GroundFromPhoto().transpose()),
       principal_distance_mm_(view.camera.principal_distance_mm),
@@ -156,11 +157,39 @@ void Rectifier::MarkHidden(const MapGrid& grid, const PixelWindow& window,
     }
 }
 
+// Where pixels on the ground are much larger than the scan's, a tile shows much of the scan: it is
+// drawn in quarters.
+OrthoTile Rectifier::Quartered(const MapGrid& grid, const PixelWindow& window) const {
+  OrthoTile tile{window,
+                 std::vector<Image>(static_cast<std::size_t>(scan_.Format().bands),
+                                    Image(window.width, window.height)),
+                 std::vector<Shown>(SizeOf(window), Shown::kNothing)};
+  const int width = (window.width + 1) / 2, height = (window.height + 1) / 2;
+  for (int top = 0; top < window.height; top += height)
+    for (int left = 0; left < window.width; left += width) {
+      const OrthoTile part =
+          Draw(grid, {window.col + left, window.row + top, std::min(width, window.width - left),
+                      std::min(height, window.height - top)});
+      for (int row = 0; row < part.window.height; ++row)
+        for (int col = 0; col < part.window.width; ++col) {
+          const std::size_t from = static_cast<std::size_t>(row) * part.window.width + col;
+          const std::size_t to = static_cast<std::size_t>(top + row) * window.width + left + col;
+          tile.shown[to] = part.shown[from];
+          for (std::size_t band = 0; band < tile.values.size(); ++band)
+            tile.values[band].values[to] = part.values[band].values[from];
+        }
+    }
+  return tile;
+}
+
 OrthoTile Rectifier::Draw(const MapGrid& grid, const PixelWindow& window) const {
   const Places places = PlacesOf(grid, window);
   OrthoTile tile{window, {}, places.shown};
   const double factor = Reduction(places, window);
   const PixelWindow from = ScanWindow(places, factor, scan_);
+  if (static_cast<double>(from.width) * from.height * scan_.Format().bands > most_values_ &&
+      window.width * window.height > 1)
+    return Quartered(grid, window);
   tile.values.assign(static_cast<std::size_t>(scan_.Format().bands),
                      Image(window.width, window.height));
   if (from.width <= 0 || from.height <= 0) {

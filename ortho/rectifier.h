@@ -26,6 +26,7 @@ struct RectifierOptions {
   double border_mm = 0;            // along the frame's edge that is not shown
   std::vector<Bounds> marks = {};  // of the photo system, mm: nor are these
   bool negative = false;           // unsigned values are inverted, others cannot be
+  double most_values = 1 << 24;    // of the scan, read at a time: 64 MB
 };
 
 class Rectifier {
@@ -54,12 +55,14 @@ class Rectifier {
   };
   Place PlaceOf(const Eigen::Vector2d& ground_m) const;
   std::vector<Place> PlacesOfRow(const MapGrid& grid, const PixelWindow& window, int row) const;
+  OrthoTile Quartered(const MapGrid& grid, const PixelWindow& window) const;
   void MarkHidden(const MapGrid& grid, const PixelWindow& window,
                   const std::vector<double>& heights, Places* places) const;
 
   const GroundSurface& surface_;
   const BandRaster& scan_;
   bool negative_;
+  double most_values_;
   Eigen::Vector3d centre_m_;
   Eigen::Matrix3d photo_from_ground_;
   double principal_distance_mm_;

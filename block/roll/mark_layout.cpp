@@ -9,6 +9,7 @@
 #include <numeric>
 #include <utility>
 
+#include "core/base/median.h"
 #include "core/geometry/transform2d.h"
 
 namespace orient::block {
@@ -24,6 +25,7 @@ using Positions = std::vector<Vector2d>;
 struct Start {
   Positions position_mm;
   std::vector<Affine2d> place_from_position;
+  double scale_difference = 0;  // MarkLayout::scale_difference
 };
 
 std::optional<Affine2d> PlaceFromPosition(const ScanOfMarks& scan, const Start& start,
@@ -33,6 +35,20 @@ std::optional<Affine2d> PlaceFromPosition(const ScanOfMarks& scan, const Start& 
     if (known[i] && scan.place_mm[i]) pairs.push_back({start.position_mm[i], *scan.place_mm[i]});
   const auto fit = FitSimilarity(pairs, false);
   return fit ? std::optional(fit->transform) : std::nullopt;
+}
+
+double ScaleOf(const Affine2d& transform) { return std::sqrt(std::abs(transform.A.determinant())); }
+
+// The scans' own scales may be wrong, of a false resolution tag.
+void TakeMedianScale(Start* start) {
+  std::vector<double> scales;
+  for (const Affine2d& transform : start->place_from_position) scales.push_back(ScaleOf(transform));
+  const double median = UpperMedian(std::move(scales));
+  for (Vector2d& position : start->position_mm) position *= median;
+  for (Affine2d& transform : start->place_from_position) {
+    transform.A /= median;
+    start->scale_difference = std::max(start->scale_difference, std::abs(ScaleOf(transform) - 1));
+  }
 }
 
 std::optional<Start> StartOf(const std::vector<ScanOfMarks>& scans) {
@@ -58,7 +74,9 @@ std::optional<Start> StartOf(const std::vector<ScanOfMarks>& scans) {
   const auto all = [](const std::vector<bool>& flags) {
     return std::find(flags.begin(), flags.end(), false) == flags.end();
   };
-  return all(known) && all(joined) ? std::optional(start) : std::nullopt;
+  if (!all(known) || !all(joined)) return std::nullopt;
+  TakeMedianScale(&start);
+  return start;
 }
 
 // Normal equations of weighted rows.
@@ -305,6 +323,7 @@ std::optional<MarkLayout> EstimateLayout(const std::vector<ScanOfMarks>& scans,
   if (scans.empty() || scans.front().place_mm.size() < 3) return std::nullopt;
   auto start = StartOf(scans);
   if (!start) return std::nullopt;
+  const double scale_difference = start->scale_difference;
   LayoutAdjustment adjustment(scans, distances, scan_sigma_mm, std::move(*start));
   double change = 1;
   for (int step = 0; step < kMostSteps && change > kConverged_mm; ++step)
@@ -312,6 +331,7 @@ std::optional<MarkLayout> EstimateLayout(const std::vector<ScanOfMarks>& scans,
   if (!(change <= kConverged_mm)) return std::nullopt;
 
   MarkLayout layout;
+  layout.scale_difference = scale_difference;
   const auto meet = Meet(adjustment.position_mm());
   layout.origin_known = meet.has_value();
   const Vector2d origin = meet.value_or(MeanOf(adjustment.position_mm()));

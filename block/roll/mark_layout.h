@@ -34,12 +34,13 @@ struct MarkLayout {
   std::vector<Eigen::Vector2d> sigma_mm;
   std::vector<double> distance_residual_mm;  // stated - adjusted
   bool origin_known = true;                  // false: it is the marks' mean
+  double scale_difference = 0;               // largest of a scan's own scale from the median, share
   std::optional<LayoutContradiction> contradiction;
 };
 
 // Least squares in all places and distances at once, every scan with a shift, rotation and scale of
 // its own. `scan_sigma_mm`: of one coordinate of a place, with what the scanner and the film do to
-// it. The scale is that of the distances, or without them the mean of the scans' own. Empty where a
+// it. The scale is that of the distances, or without them the median of the scans' own. Empty where a
 // mark was seen on no scan, fewer than three marks were seen, or a scan shows fewer than two.
 std::optional<MarkLayout> EstimateLayout(const std::vector<ScanOfMarks>& scans,
                                          const std::vector<MarkDistance>& distances,

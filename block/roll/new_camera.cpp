@@ -258,6 +258,7 @@ NewCamera MakeCamera(const std::vector<ClickedScan>& scans, const NewCameraOptio
   made.file.camera.frame_mm = options.frame_mm ? *options.frame_mm : ExtentOf(made.file.fiducials);
   made.distance_residual_mm = layout.distance_residual_mm;
   made.origin_known = layout.origin_known;
+  made.scale_difference = layout.scale_difference;
   made.first_mm_from_pixel = upright.front();
   return made;
 }

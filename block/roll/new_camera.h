@@ -29,6 +29,7 @@ struct NewCamera {
   double pixel_size_um = 0;                  // of the first scan
   std::string scale_from;                    // ClickedScale::from of the first scan
   bool origin_known = true;                  // see MarkLayout
+  double scale_difference = 0;               // see MarkLayout; 0 where positions are stated
   Eigen::Matrix2d first_mm_from_pixel = Eigen::Matrix2d::Identity();  // linear part, of that scan
 };
 

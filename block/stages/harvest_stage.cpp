@@ -87,6 +87,7 @@ class Harvester {
  private:
   // Places of patches that an interrupted run stored.
   void LearnWhatIsTaken() {
+    if (run_.options.max_further_views == 0) return;
     std::vector<std::int64_t> ids;
     for (const patchdb::PatchSource& source : sources_)
       if (const patchdb::KnownSource known = database_.FindSource(source); known.harvested)

@@ -6,6 +6,7 @@
 
 #include "core/base/chi_square.h"
 #include "patchdb/harvest/corrected_view.h"
+#include "patchdb/harvest/patch_making.h"
 #include "patchdb/harvest/patch_quality.h"
 #include "patchdb/harvest/rectify.h"
 
@@ -61,7 +62,7 @@ bool AddChip(const Judged& judged, const GroundSurface& surface, int chip_px, Pa
   if (!chip || !IsWhole(*chip)) return false;
   RequireNoSign(*chip, *source.raster, view, patch->heights, patch->ground_m, *gsd);
   patch->chip = std::move(*chip);
-  patch->bits = source.raster->BitsPerSample() > 8 ? 16 : 8;
+  patch->bits = StoredBits(*source.raster);
   return true;
 }
 

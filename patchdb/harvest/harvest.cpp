@@ -125,14 +125,6 @@ double MedianGsd(const Raster& raster, const SourceView& source) {
   return UpperMedian(std::move(gsds));
 }
 
-int StoredBits(const Raster& raster) {
-  if (raster.BitsPerSample() > 16)
-    throw InputError(fmt::format(
-        "{} has {} bits per sample; convert it to 8 or 16 bit (gdal_translate -ot UInt16 -scale)",
-        raster.Path(), raster.BitsPerSample()));
-  return raster.BitsPerSample() > 8 ? 16 : 8;
-}
-
 double CellSpacing(const Raster& raster, const HarvestOptions& options) {
   if (options.spacing_px) return *options.spacing_px;
   const double area = static_cast<double>(raster.Width()) * raster.Height();

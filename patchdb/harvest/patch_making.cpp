@@ -1,8 +1,11 @@
 #include "patchdb/harvest/patch_making.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/error.h"
 #include "patchdb/harvest/corrected_view.h"
 #include "patchdb/harvest/patch_quality.h"
 #include "patchdb/harvest/place.h"
@@ -204,6 +207,14 @@ Outcome CompareWithSurfaceModel(const PatchMaker& maker, Patch& patch) {
 }
 
 }  // namespace
+
+int StoredBits(const Raster& raster) {
+  if (raster.BitsPerSample() > 16)
+    throw InputError(fmt::format(
+        "{} has {} bits per sample; convert it to 8 or 16 bit (gdal_translate -ot UInt16 -scale)",
+        raster.Path(), raster.BitsPerSample()));
+  return raster.BitsPerSample() > 8 ? 16 : 8;
+}
 
 bool PatchMaker::ShowsBest(const Eigen::Vector3d& ground_m) const {
   if (context.further.empty()) return true;

@@ -9,6 +9,9 @@
 
 namespace orient::patchdb {
 
+// Bits of a chip's values, 8 or 16. Throws InputError for values that these do not hold.
+int StoredBits(const Raster& raster);
+
 // What is the same for all patches of a source; nothing is owned.
 struct PatchMaker {
   const Raster& raster;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
 #include "core/raster/band_raster.h"
@@ -64,6 +65,28 @@ TEST(Rectifier, InterpolatedPlacesAreThoseComputedOneByOne) {
   EXPECT_LT(WorstPx(Rough(folder / "square", 60, 60, 3000), grid), 0.05);
   EXPECT_LT(WorstPx(Rough(folder / "long_to_the_north", 8, 2000, 4000), grid), 0.05);
   EXPECT_LT(WorstPx(Rough(folder / "long_to_the_east", 2000, 8, 4000), grid), 0.05);
+}
+
+TEST(Rectifier, DrawsCoarsePixelsInPartsAsInOne) {
+  const TemporaryFolder folder;
+  const PhotoView view = HillyView();
+  const GroundSurface surface = Hills();
+  WriteScan(folder / "a.tif", view, surface,
+            [](double x, double y) { return 100 + 50 * std::sin(x / 90) * std::cos(y / 70); });
+  const BandRaster scan = BandRaster::Open(folder / "a.tif");
+  const Eigen::Vector2d centre = view.pose.position_m.head<2>();
+  const MapGrid grid =
+      MapGrid::Around({centre.x() - 250, centre.y() - 250, centre.x() + 250, centre.y() + 250}, 25);
+  const PixelWindow all{0, 0, grid.width, grid.height};
+  const OrthoTile one = Rectifier(view, surface, scan, {}).Draw(grid, all);
+  RectifierOptions little;
+  little.most_values = 3000;
+  const OrthoTile parts = Rectifier(view, surface, scan, little).Draw(grid, all);
+  EXPECT_EQ(parts.shown, one.shown);
+  for (std::size_t i = 0; i < one.shown.size(); ++i)
+    if (one.shown[i] == Shown::kSeen) {
+      EXPECT_NEAR(parts.values[0].values[i], one.values[0].values[i], 1.5);
+    }
 }
 
 }  // namespace

@@ -10,6 +10,7 @@ int main(int argc, char** argv) {
   orient::WatchForInterruption();
   orient::KeepReleasedMemory();
   orient::BoundBlockCache();
+  orient::AllowManyFiles();
   return orient::RunProgram(orient::MakeCommands(), std::vector<std::string>(argv + 1, argv + argc),
                             std::cout, std::cerr);
 }

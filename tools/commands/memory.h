@@ -1,4 +1,4 @@
-// How the program deals with its memory.
+// How the program deals with memory and open files.
 #pragma once
 
 namespace orient {
@@ -8,6 +8,10 @@ namespace orient {
 // one anew, and the system fill it with zeros, a fifth of the time that a scan takes. For `main`
 // alone, as it holds for the whole program.
 void KeepReleasedMemory();
+
+// As many files may be open as the system lets the program ask for: the usual soft limit of 1024 is
+// too low for many threads, each with the scans around a photo. For `main` alone.
+void AllowManyFiles();
 
 // GDAL keeps decoded pixels in a twentieth of the machine's memory: at most half a gigabyte, unless
 // the environment says otherwise (GDAL_CACHEMAX). For `main` alone, too.

@@ -116,6 +116,11 @@ class ConvertCommand : public Command {
   }
 
   ExitCode Run(std::ostream& out) override {
+    if (check_ && (!to_.empty() || !images_.empty() || !out_.empty() || overwrite_))
+      throw UsageError(
+          "--check reads files that are there: give it without --to, --images, --out and "
+          "--overwrite");
+    if (!check_ && !points_.empty()) throw UsageError("--points needs --check");
     if (check_) return Check(out);
     if (to_.empty() && images_.empty())
       throw UsageError("give --to or --images to write files, or --check to check them");

@@ -80,7 +80,7 @@ class OrthoCommand : public Command {
     app.add_flag("--resume", options_.resume,
                  "Keep existing results, edited seamlines too, and do the others");
     AddPlanOption(app, &options_.plan);
-    AddJobsOption(app, &options_.jobs);
+    AddJobsOption(app, &options_.jobs)->description("Threads; 0: one per processor");
   }
 
   ExitCode Run(std::ostream& out) override {

@@ -115,12 +115,16 @@ class OrthoRun {
   void TellPlan(const OrthoPhotos& found, double gsd_m, std::ostream& out) const {
     for (std::size_t i = 0; i < found.photos.size(); ++i) {
       const ortho::OrthoOptions options = OptionsFor(found, i, gsd_m);
-      const ortho::MapGrid grid = ortho::PlanOrthophoto(found.photos[i], options).grid;
       const std::string path = OrthoPath(found.photos[i].name);
-      out << block::PlanLine(IsCurrent(path, options),
-                             fmt::format("ortho     {}: {} x {} px of {:g} m", path, grid.width,
-                                         grid.height, gsd_m))
-          << "\n";
+      try {
+        const ortho::MapGrid grid = ortho::PlanOrthophoto(found.photos[i], options).grid;
+        out << block::PlanLine(IsCurrent(path, options),
+                               fmt::format("ortho     {}: {} x {} px of {:g} m", path, grid.width,
+                                           grid.height, gsd_m))
+            << "\n";
+      } catch (const InputError& error) {
+        out << "cannot    " << found.photos[i].name << ": " << error.what() << "\n";
+      }
     }
     if (!options_.mosaic) return;
     const std::string given = GivenSeams();
@@ -132,9 +136,14 @@ class OrthoRun {
 
   double NaturalGsd(const OrthoPhotos& found) const {
     std::vector<double> sizes;
-    for (const ortho::OrientedPhoto& photo : found.photos)
-      sizes.push_back(ortho::NaturalGsd(
-          photo.view, ortho::SurfaceUnderPhoto(photo.view, options_.source.dem, found.crs)));
+    for (const ortho::OrientedPhoto& photo : found.photos) {
+      try {
+        sizes.push_back(ortho::NaturalGsd(
+            photo.view, ortho::SurfaceUnderPhoto(photo.view, options_.source.dem, found.crs)));
+      } catch (const InputError&) {  // beside the DEM: that photo fails, unless all do
+        if (&photo == &found.photos.back() && sizes.empty()) throw;
+      }
+    }
     // Rounded as written, in no locale's way.
     return NumberIn(fmt::format("{:.2g}", Median(sizes))).value();
   }

@@ -51,6 +51,15 @@ TEST(MarkLayout, IsTurnedUpright) {
   EXPECT_LT(LargestError(*layout, kCorners), 1e-6);
 }
 
+TEST(MarkLayout, HasTheScaleOfMostScansWhicheverIsFirst) {
+  const std::vector<ScanOfMarks> scans = {Scan(kCorners, 0, 2, 0, 1), Scan(kCorners, 0.1, 1, 0, 2),
+                                          Scan(kCorners, 0, 1, 0, 3)};
+  const auto layout = EstimateLayout(scans, {}, 0.02);
+  ASSERT_TRUE(layout);
+  EXPECT_LT(LargestError(*layout, kCorners), 1e-5);
+  EXPECT_NEAR(layout->scale_difference, 1, 1e-9);
+}
+
 TEST(MarkLayout, TakesItsScaleFromOneDistance) {
   const auto layout = EstimateLayout({Scan(kCorners, 0, 1.02, 0, 1)}, {Between(0, 1)}, 0.02);
   ASSERT_TRUE(layout);

@@ -73,10 +73,10 @@ class OrientOrtho : public ::testing::Test {
     return RunOrient(arguments);
   }
 
-  // As another run would: 5 m to the east, in all files.
-  void MoveWest() const {
+  // As another run would: to the east, in all files.
+  void MoveWest(double by_m = 5) const {
     ExteriorResult moved = ReadExteriorResult(ExteriorResultPath(folder_.Path(), "west"));
-    moved.pose->position_m.x() += 5;
+    moved.pose->position_m.x() += by_m;
     WriteExteriorResult(folder_.Path(), moved);
     OrientationTable table = table_;
     for (OrientationRow& row : table.rows)
@@ -275,6 +275,16 @@ TEST_F(OrientOrtho, APhotoOverTheEndOfTheDemIsNamedWithWhatItsOrthophotoShows) {
   EXPECT_NEAR(share, 0.5, 0.05);
   EXPECT_NE(ReadFile(Path("report.html")).find("orthophotos end, too: those of west ("),
             std::string::npos);
+}
+
+TEST_F(OrientOrtho, APhotoBesideTheDemFailsAlone) {
+  MoveWest(50000);
+  const ProgramRun plan = Run({"--plan"});
+  EXPECT_NE(plan.out.find("cannot    west: "), std::string::npos) << plan.out << plan.err;
+  const ProgramRun run = Run({});
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_NE(run.out.find("failed    west: "), std::string::npos) << run.out;
+  EXPECT_TRUE(Exists("ortho/a b 'east'.ortho.tif"));
 }
 
 TEST_F(OrientOrtho, WhatIsNoPixelSizeIsCalledSo) {

@@ -313,6 +313,9 @@ TEST(Convert, TiesOfTheAdjustmentAreExported) {
         << file;
   EXPECT_TRUE(fs::exists(folder / "out/micmac/Homol/Pastis4711.tif/4712.tif.txt"));
   EXPECT_EQ(RunOrient({"convert", folder / "out", "--check"}).exit_code, 0);
+  EXPECT_EQ(RunOrient({"convert", folder / "out", "--check", "--to", "patb", "--out", folder / "b"})
+                .exit_code,
+            1);
 }
 
 TEST(RemoveExportsOf, LeavesWhatOthersPutThere) {
