@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "block/inputs/photo_interior.h"
 #include "interior/interior.h"
@@ -56,9 +57,10 @@ exterior::FilmPosition PositionOf(const InteriorResult& result, const CameraFile
 }  // namespace
 
 Matrix6d PooledCovariance(const TransformFit& fit, double prior_sigma) {
-  // FitAffine scales with its own sigma0 where it has one.
+  // FitAffine scales with its own sigma0 where it has one, which may be next to nothing.
   const double own = fit.redundancy > 0 ? fit.sigma0 * fit.sigma0 : 1.0;
-  return fit.covariance * (PooledVariance(fit, prior_sigma) / std::max(own, 1e-20));
+  return fit.covariance *
+         (PooledVariance(fit, prior_sigma) / std::max(own, std::numeric_limits<double>::min()));
 }
 
 double FilmSigma_mm(const TransformFit& fit, double prior_sigma, double unit_mm) {

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "interior/interior.h"
 #include "tests/support/film_frame.h"
 
@@ -42,6 +44,14 @@ class FilmOf : public testing::Test {
 TEST_F(FilmOf, AGoodScanBendsAsGoodFilmDoes) {
   EXPECT_EQ(Sigma_mm(0), kFilmSigma_mm);
   EXPECT_EQ(Sigma_mm(0.005), kFilmSigma_mm) << "the marks' own errors";
+}
+
+TEST_F(FilmOf, MarksThatFitExactlyAreAsPreciseAsGoodFilm) {
+  const auto positions =
+      FilmPositions(PhotoWithMarksOff(camera_, 0), camera_, interior::ShapesOf(camera_));
+  const double shift_mm = std::sqrt(positions.front().covariance(4, 4));
+  EXPECT_GT(shift_mm, 0.0005);
+  EXPECT_LT(shift_mm, 0.01);
 }
 
 TEST_F(FilmOf, ADesktopScannerBendsAsItsMarksShow) {
