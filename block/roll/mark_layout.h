@@ -40,8 +40,8 @@ struct MarkLayout {
 
 // Least squares in all places and distances at once, every scan with a shift, rotation and scale of
 // its own. `scan_sigma_mm`: of one coordinate of a place, with what the scanner and the film do to
-// it. The scale is that of the distances, or without them the median of the scans' own. Empty where a
-// mark was seen on no scan, fewer than three marks were seen, or a scan shows fewer than two.
+// it. The scale is that of the distances, or without them the median of the scans' own. Empty where
+// a mark was seen on no scan, fewer than three marks were seen, or a scan shows fewer than two.
 std::optional<MarkLayout> EstimateLayout(const std::vector<ScanOfMarks>& scans,
                                          const std::vector<MarkDistance>& distances,
                                          double scan_sigma_mm);
