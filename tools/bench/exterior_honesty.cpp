@@ -22,6 +22,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <filesystem>
 #include <iostream>
 #include <limits>
@@ -309,6 +310,11 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: exterior_honesty FOLDER [BLOCKS] [SUBSETS] [exchanged]\n");
     return 1;
   }
-  return orient::Main(argv[1], number(2, 8), number(3, 4),
-                      argc > 4 && std::string(argv[4]) == "exchanged");
+  try {
+    return orient::Main(argv[1], number(2, 8), number(3, 4),
+                        argc > 4 && std::string(argv[4]) == "exchanged");
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "exterior_honesty: %s\n", error.what());
+    return 2;
+  }
 }

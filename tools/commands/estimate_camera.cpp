@@ -6,7 +6,6 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <ostream>
 
 #include "block/inputs/camera_library.h"
@@ -19,7 +18,6 @@
 
 namespace orient {
 namespace {
-namespace fs = std::filesystem;
 
 // The scans' mean affinity below which a scanner counts as photogrammetric: 1.5e-4 of its own, and
 // as much again from start positions that are off by some hundredths of a millimetre.
