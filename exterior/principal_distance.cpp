@@ -7,7 +7,6 @@
 #include <cmath>
 #include <map>
 
-#include "core/base/chi_square.h"
 #include "core/base/median.h"
 #include "core/terrain/view_over_ground.h"
 #include "exterior/judge.h"
@@ -24,8 +23,6 @@ constexpr double kSettledSigmas = 0.1;
 constexpr double kUndetermined = 0.7;  // share of the prior's sigma that remains
 constexpr double kNoPrior = 0.05;      // sigma of a negligible prior, as a share of the distance
 constexpr double kContradictedSigmas = 4, kMovedSigmas = 3;
-// Chi-square limit of the approximation against what is estimated.
-const double kMostApart = ChiSquareLimit(6, 1e-4);
 
 const FilmPosition& PositionOf(const PhotoToOrient& photo, const ExteriorResult& result) {
   return *std::find_if(photo.positions.begin(), photo.positions.end(),
@@ -35,13 +32,6 @@ const FilmPosition& PositionOf(const PhotoToOrient& photo, const ExteriorResult&
 PhotoView ViewOf(const PhotoToOrient& photo, const ExteriorResult& result) {
   const FilmPosition& position = PositionOf(photo, result);
   return {photo.camera, position.photo_from_pixel, *result.pose, position.film_correction};
-}
-
-// Whether an approximation is too far from a pose that was estimated without it.
-bool Contradicts(const PosePrior& approximation, const Pose& pose, const Matrix6d& covariance) {
-  const Vector6d off = PoseDifference(pose, approximation.pose);
-  const Matrix6d sum = approximation.covariance + covariance;
-  return !(off.dot(sum.ldlt().solve(off)) <= kMostApart);
 }
 
 // Edges are left out: a result has of their covariance the sigmas of both axes only.
@@ -72,7 +62,7 @@ std::optional<CorrelatedPose> FreeOfWrongApproximation(const PhotoToOrient& phot
                                                        const ExteriorResult& result,
                                                        const PrincipalDistancePrior& prior) {
   const auto without = Free(photo, patches, result, Weakened(photo.prior), prior);
-  if (without && Contradicts(photo.prior, without->pose, without->honest_covariance))
+  if (without && !(Apart({without->pose, without->honest_covariance}, photo.prior) <= kMostApart))
     return without;
   const auto with = Free(photo, patches, result, photo.prior, prior);
   return with ? with : without;
@@ -156,7 +146,8 @@ void JudgePrincipalDistance(const PhotoToOrient& photo, const std::vector<patchd
   if (!result->pose || !result->projection_sigma || !Has(result->findings, Reason::kResidualTrend))
     return;
   const double stated_mm = photo.camera.principal_distance_mm;
-  const bool contradicted = Contradicts(photo.prior, *result->pose, *result->covariance);
+  const bool contradicted =
+      !(Apart({*result->pose, *result->covariance}, photo.prior) <= kMostApart);
   const auto free =
       Free(photo, patches, *result, contradicted ? Weakened(photo.prior) : photo.prior,
            {stated_mm, kNoPrior * stated_mm});

@@ -115,25 +115,25 @@ class Adjustment {
   // Which scans and marks take part. A mark seen once only follows its scan, and a scan with fewer
   // than three of the others tells nothing of them.
   void Count() {
-    std::vector<bool> shown(start_.size(), true);
+    column_.assign(start_.size(), 0);
     for (bool settled = false; !settled;) {
       std::vector<int> seen(start_.size(), 0);
       scans_ = 0;
       for (size_t s = 0; s < by_scan_.size(); ++s) {
-        std::vector<size_t> used = Used(s);
-        std::erase_if(used, [&](size_t k) { return !shown[sightings_[k].mark]; });
-        if (used.size() < 3) continue;
-        ++scans_;
+        const std::vector<size_t> used = TakingPart(s);
+        scans_ += used.empty() ? 0 : 1;
         for (const size_t k : used) ++seen[sightings_[k].mark];
       }
       settled = true;
       for (size_t i = 0; i < seen.size(); ++i)
-        if (shown[i] && seen[i] < 2) shown[i] = settled = false;
+        if (column_[i] >= 0 && seen[i] < 2) {
+          column_[i] = -1;
+          settled = false;
+        }
     }
     shown_.clear();
-    column_.assign(start_.size(), -1);
-    for (size_t i = 0; i < shown.size(); ++i)
-      if (shown[i]) {
+    for (size_t i = 0; i < column_.size(); ++i)
+      if (column_[i] >= 0) {
         column_[i] = 2 * static_cast<long>(shown_.size());
         shown_.push_back(i);
       }

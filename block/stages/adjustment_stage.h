@@ -21,6 +21,11 @@ namespace orient::block {
 // Prior sigma of a strip's shift, large enough for a geoid height that was not subtracted.
 inline constexpr double kGnssShift_m = 100;
 
+// Ties that hold a photo without control enough of its own: so many, and of this redundancy
+// together; below, no error is detectable.
+inline constexpr int kLeastTies = 6;
+inline constexpr double kLeastTieRedundancy = 6;
+
 // What is known of the photo's pose beside what it shows.
 void AddKnown(const PoseObservations& known, BlockPhoto* photo);
 

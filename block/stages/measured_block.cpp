@@ -167,11 +167,9 @@ double HiddenIn(const Seen& seen, const PhotoView& view) {
 // others rest on their surveyed points, as where there is no block.
 std::optional<Finding> JudgePoints(const Seen& seen, const PhotoView& view, double worst_px,
                                    double wanted_px) {
-  constexpr int kLeastTies = 6;
-  constexpr double kLeastRedundancy = 6;
   const bool hangs = seen.ties >= kLeastTies;
-  if (hangs ? seen.redundancy < kLeastRedundancy : seen.surveyed.empty())
-    return Finding{Reason::kTiesUncontrolled, Status::kWeak, seen.redundancy, kLeastRedundancy};
+  if (hangs ? seen.redundancy < kLeastTieRedundancy : seen.surveyed.empty())
+    return Finding{Reason::kTiesUncontrolled, Status::kWeak, seen.redundancy, kLeastTieRedundancy};
   const Finding alone =
       hangs ? exterior::JudgePointsAlone(seen.used, seen.rejected, worst_px, 0, wanted_px)
             : exterior::JudgePointsAlone(static_cast<int>(seen.surveyed.size()), seen.rejected,
@@ -264,27 +262,35 @@ BlockOptions OptionsOf(const MeasuredBlockInputs& inputs) {
   return options;
 }
 
-std::vector<BlockPhoto> PhotosToAdjust(const CameraFile& camera, const Measurements& measured,
+// Stores a result for every photo: the final one where it is rejected or its marks are confused.
+std::vector<BlockPhoto> PhotosToAdjust(const MeasuredBlockInputs& inputs,
+                                       const MeasuredPhotos& measured,
                                        std::map<std::string, ExteriorResult>* results) {
+  if (measured.empty())
+    throw InputError(inputs.measured.folder +
+                     " holds no image points: give image_points.csv, or photos and a patch "
+                     "database in the block file");
   std::vector<BlockPhoto> photos;
-  for (const auto& [name, own] : ByPhoto(measured)) {
+  for (const auto& [name, own] : measured) {
     ExteriorResult& result = (*results)[name];
     result.photo = name;
-    if (measured.DecisionOn(name, DecisionKind::kReject)) {
-      ApplyVerdict(measured, &result);
+    if (inputs.measured.DecisionOn(name, DecisionKind::kReject)) {
+      ApplyVerdict(inputs.measured, &result);
       continue;
     }
     std::optional<Finding> confused;
-    BlockPhoto photo = PhotoOf(camera, own, name, &confused);
+    BlockPhoto photo = PhotoOf(inputs.camera, own, name, &confused);
+    AddKnown(inputs.known, &photo);
     if (confused)
       exterior::Add(*confused, &result);
     else
       photos.push_back(std::move(photo));
   }
-  if (results->empty())
-    throw InputError(measured.folder +
-                     " holds no image points: give image_points.csv, or photos and a patch "
-                     "database in the block file");
+  if (inputs.self_calibration && std::ssize(photos) > inputs.sub_block_photos)
+    throw InputError(fmt::format(
+        "self_calibration would give each sub-block a camera of its own: {} photos are measured, "
+        "more than sub_block_photos = {}",
+        photos.size(), inputs.sub_block_photos));
   return photos;
 }
 
@@ -292,21 +298,13 @@ std::vector<BlockPhoto> PhotosToAdjust(const CameraFile& camera, const Measureme
 
 std::size_t RequireAdjustable(const MeasuredBlockInputs& inputs) {
   std::map<std::string, ExteriorResult> results;
-  const std::size_t photos = PhotosToAdjust(inputs.camera, inputs.measured, &results).size();
-  if (inputs.self_calibration && photos > static_cast<std::size_t>(inputs.sub_block_photos))
-    throw InputError(fmt::format(
-        "self_calibration would give each sub-block a camera of its own: {} photos are measured, "
-        "more than sub_block_photos = {}",
-        photos, inputs.sub_block_photos));
-  return photos;
+  return PhotosToAdjust(inputs, ByPhoto(inputs.measured), &results).size();
 }
 
 JudgedBlock AdjustMeasurements(const MeasuredBlockInputs& inputs) {
-  RequireAdjustable(inputs);
   MeasuredPhotos measured = ByPhoto(inputs.measured);
   std::map<std::string, ExteriorResult> results;  // by photo
-  std::vector<BlockPhoto> photos = PhotosToAdjust(inputs.camera, inputs.measured, &results);
-  for (BlockPhoto& photo : photos) AddKnown(inputs.known, &photo);
+  std::vector<BlockPhoto> photos = PhotosToAdjust(inputs, measured, &results);
   const double camera_sigma_mm =
       inputs.self_calibration ? kDoubtfulCamera * inputs.camera.camera.principal_distance_mm : 0;
   FirstPoses first({inputs.camera.camera, camera_sigma_mm}, inputs.measured.points,

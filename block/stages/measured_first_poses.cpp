@@ -20,11 +20,11 @@ constexpr double kPosesSigmas = 5;
 void AddSystematic(const BlockPhoto& photo, double camera_sigma_mm,
                    std::vector<exterior::MeasuredPoint>* points) {
   const double pixel_mm = std::sqrt(std::abs(photo.photo_from_pixel.A.determinant()));
+  TransformFit film;
+  film.transform = photo.photo_from_pixel;
+  film.covariance = photo.interior;
   for (exterior::MeasuredPoint& point : *points) {
-    Eigen::Matrix<double, 2, 6> by_film = Eigen::Matrix<double, 2, 6>::Zero();
-    by_film.block<1, 2>(0, 0) = by_film.block<1, 2>(1, 2) = point.pixel.transpose();
-    by_film.rightCols<2>().setIdentity();
-    const double transform_mm2 = (by_film * photo.interior * by_film.transpose()).trace() / 2;
+    const double transform_mm2 = film.CovarianceAt(point.pixel).trace() / 2;
     point.sigma_px =
         std::sqrt(point.sigma_px * point.sigma_px +
                   (std::max(transform_mm2, 0.0) + photo.film_sigma_mm * photo.film_sigma_mm +

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "block/inputs/measurement_inputs.h"
-#include "core/base/chi_square.h"
 #include "core/base/median.h"
 #include "exterior/judge.h"
 #include "exterior/search/point_checks.h"
@@ -17,21 +16,13 @@
 namespace orient::block {
 namespace {
 
-// Chi-square limit of the difference between the points' pose and the approximation.
-const double kMostApart = ChiSquareLimit(6, 1e-4);
-double Apart(const PosePrior& points, const PosePrior& approximation) {
-  const Vector6d off = PoseDifference(points.pose, approximation.pose);
-  const Matrix6d sum = approximation.covariance + points.covariance;
-  return off.dot(sum.ldlt().solve(off));
-}
-
 PosePrior PriorOf(const exterior::PointPose& points) { return {points.pose, points.covariance}; }
 
 // A finding if the points' pose lies outside the accuracy of the approximation.
 std::optional<Finding> AgainstApproximation(const PointStart& start) {
   if (!start.approximation || !start.approximation_is_stated) return std::nullopt;
-  const double chi2 = Apart(PriorOf(*start.by_points), *start.approximation);
-  if (!(chi2 > kMostApart)) return std::nullopt;
+  const double chi2 = exterior::Apart(PriorOf(*start.by_points), *start.approximation);
+  if (!(chi2 > exterior::kMostApart)) return std::nullopt;
   return Finding{.reason = Reason::kContradictsApproximation,
                  .at_best = Status::kWeak,
                  .value = std::sqrt(chi2),
@@ -41,7 +32,8 @@ std::optional<Finding> AgainstApproximation(const PointStart& start) {
 // The combination of both; empty if they contradict one another.
 std::optional<PosePrior> Together(const PosePrior& points, const PosePrior& approximation) {
   const auto stated = StatedElements(approximation);
-  if (stated.empty() || !(Apart(points, approximation) <= kMostApart)) return std::nullopt;
+  if (stated.empty() || !(exterior::Apart(points, approximation) <= exterior::kMostApart))
+    return std::nullopt;
   const Vector6d off = PoseDifference(points.pose, approximation.pose);
   Matrix6d information = Matrix6d::Zero();
   const Eigen::MatrixXd known = approximation.covariance(stated, stated);

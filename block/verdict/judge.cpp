@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "block/stages/adjustment_stage.h"
 #include "core/base/chi_square.h"
 #include "exterior/judge.h"
 #include "exterior/search/point_resection.h"
@@ -15,8 +16,6 @@ namespace {
 
 // Control besides a photo's own measured points, so that its ties show whether these are wrong.
 constexpr int kLeastControl = 2 * exterior::kLeastPointsAlone;
-constexpr int kMinTies = 6;           // of a photo whose own patches are not enough
-constexpr double kMinRedundancy = 6;  // of its ties together; below, no error is detectable
 // Times the target: a pose by ties that are less precise does not count as a pose.
 constexpr double kMostTargets = 3;
 const double kMaxAloneChi2 = ChiSquareLimit(6, 1e-4);
@@ -37,17 +36,18 @@ bool IsByFewPoints(const Finding& finding) {
 }
 
 bool TiesContradict(const TiedPhoto& photo) {
-  return photo.comparable >= kMinTies && 2 * photo.ties_used < photo.comparable;
+  return photo.comparable >= kLeastTies && 2 * photo.ties_used < photo.comparable;
 }
 
 Finding TiesContradictFinding(Status at_best) { return {Reason::kTiesContradict, at_best}; }
 
 Findings JudgeTied(const TiedPhoto& photo) {
-  if (photo.ties_used < kMinTies)
-    return {{Reason::kFewTies, Status::kFailed, photo.ties_used, kMinTies}};
+  if (photo.ties_used < kLeastTies)
+    return {{Reason::kFewTies, Status::kFailed, photo.ties_used, kLeastTies}};
   if (TiesContradict(photo)) return {TiesContradictFinding(Status::kFailed)};
-  if (photo.tie_redundancy < kMinRedundancy)
-    return {{Reason::kTiesUncontrolled, Status::kFailed, photo.tie_redundancy, kMinRedundancy}};
+  if (photo.tie_redundancy < kLeastTieRedundancy)
+    return {
+        {Reason::kTiesUncontrolled, Status::kFailed, photo.tie_redundancy, kLeastTieRedundancy}};
   if (photo.worst_sigma_px <= photo.target_px) return {};
   const bool useful = photo.worst_sigma_px <= kMostTargets * photo.target_px;
   return {{Reason::kTiesImprecise, useful ? Status::kWeak : Status::kFailed, photo.worst_sigma_px,
@@ -84,8 +84,8 @@ void RejudgePrecision(const TiedPhoto& photo, ExteriorResult* result) {
     std::erase_if(result->findings, [](const Finding& finding) {
       return finding.reason == Reason::kPoorlyDetermined;
     });
-  if (result->status == Status::kFailed || photo.ties_used < kMinTies ||
-      photo.tie_redundancy < kMinRedundancy)
+  if (result->status == Status::kFailed || photo.ties_used < kLeastTies ||
+      photo.tie_redundancy < kLeastTieRedundancy)
     return;
   for (Finding& finding : result->findings)
     if (IsByFewPoints(finding) && photo.control_elsewhere < kLeastControl)

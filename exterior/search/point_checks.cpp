@@ -16,6 +16,9 @@ constexpr double kPower = 0.84;  // sigmas beyond the bound: detected in four of
 constexpr double kTestable = 1e-4;
 constexpr double kLeastRedundancy = 1e-12;
 
+// Error of a whitened observation, of redundancy 1, that its test detects.
+double Detected(std::size_t points) { return std::sqrt(PointChiSquareLimit(points)) + kPower; }
+
 }  // namespace
 
 Eigen::Matrix2d ObservedCovariance(const MeasuredPoint& point, const PixelDerivatives& d) {
@@ -43,7 +46,7 @@ PointCheck CheckPoint(const PhotoView& view, const Matrix6d& covariance, const M
   const Eigen::Matrix<double, 6, 2> moved = covariance * design.transpose();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> redundancy(Eigen::Matrix2d::Identity() -
                                                                   design * moved);
-  const double shows = std::sqrt(PointChiSquareLimit(points)) + kPower;
+  const double shows = Detected(points);
   for (int k = 0; k < 2; ++k) {
     const double r = redundancy.eigenvalues()[k];
     const Eigen::Vector2d along = redundancy.eigenvectors().col(k);
@@ -62,7 +65,7 @@ Matrix6d HiddenBy(const PhotoView& view, const Matrix6d& covariance, const Measu
   const Eigen::LLT<Eigen::Matrix2d> observed(both);
   const Eigen::Matrix<double, 6, 2> moved =
       covariance * observed.matrixL().solve(d->by_pose).transpose();
-  const double shows = std::sqrt(PointChiSquareLimit(points)) + kPower;
+  const double shows = Detected(points);
   // An error shows in the residuals of the image and of the ground coordinates together.
   const double of_both =
       std::min(redundancy * both.trace() / (2 * point.sigma_px * point.sigma_px), 1.0);

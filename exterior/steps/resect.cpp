@@ -293,6 +293,14 @@ std::optional<PoseEstimate> EstimatePose(const PhotoView& view, const PosePrior&
   return estimate;
 }
 
+const double kMostApart = ChiSquareLimit(6, 1e-4);
+
+double Apart(const PosePrior& one, const PosePrior& other) {
+  const Vector6d off = PoseDifference(one.pose, other.pose);
+  const Matrix6d sum = other.covariance + one.covariance;
+  return off.dot(sum.ldlt().solve(off));
+}
+
 namespace {
 
 // `unknowns_of`: the derivatives by the unknowns that the covariance is of.

@@ -37,6 +37,11 @@ std::optional<PoseEstimate> EstimatePose(const PhotoView& view, const PosePrior&
                                          const std::vector<PatchObservation>& observations,
                                          const CommonErrors& common = {});
 
+// Chi-square of the difference of two poses that were found independently (six degrees of freedom),
+// and what it may be at most: exceeded in one of ten thousand.
+double Apart(const PosePrior& one, const PosePrior& other);
+extern const double kMostApart;
+
 // The largest one-sigma uncertainty, in scan pixels and one coordinate, with which a pose of this
 // covariance projects points on the ground at `height_m` into the frame. Infinite where no part of
 // the frame shows that ground, or the covariance is none.

@@ -59,12 +59,14 @@ double CellSize(const SimulationOptions& options, bool old) {
   return kCellPerGsd * options.gsd_m * (old ? options.old_gsd_ratio : 1);
 }
 
+double Cells(const Bounds& extent, double cell_m) {
+  return (extent.max_x - extent.min_x) * (extent.max_y - extent.min_y) / (cell_m * cell_m);
+}
+
 // Before anything is made, since making it takes minutes.
 void RefuseLargeGround(const Bounds& extent, double cell_m) {
   constexpr double kMostCells = 1.2e9;  // 5 GB
-  const double cells =
-      (extent.max_x - extent.min_x) * (extent.max_y - extent.min_y) / (cell_m * cell_m);
-  if (cells > kMostCells)
+  if (Cells(extent, cell_m) > kMostCells)
     throw UsageError(
         "--photos, --gsd-m: the block's ground does not fit into memory at this "
         "resolution; give fewer photos or larger scan pixels");
@@ -72,8 +74,7 @@ void RefuseLargeGround(const Bounds& extent, double cell_m) {
 
 void RefuseLargeTerrain(const Bounds& ground, double cell_m) {
   constexpr double kMostCells = 1e8;  // 2 GB while it is made
-  const double cells =
-      (ground.max_x - ground.min_x) * (ground.max_y - ground.min_y) / (cell_m * cell_m);
+  const double cells = Cells(ground, cell_m);
   if (cells > kMostCells)
     throw UsageError(fmt::format(
         "--dem-cell-m {:g}: the DEM would have {:.2g} cells; give larger ones", cell_m, cells));

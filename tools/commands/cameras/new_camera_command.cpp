@@ -278,8 +278,8 @@ ExitCode NewCameraCommand::Run(std::ostream& out) const {
   out << "\nscale     " << Fixed(made.pixel_size_um, 2) << " um a pixel on " << scans.front().photo
       << ", from " << made.scale_from << "\ncamera    " << out_ << "\npicture   " << overview
       << ": every outline should lie on its mark\n";
-  constexpr double kAlike =
-      0.005;  // desktop scanners and prints differ by some tenths of a percent
+  // Desktop scanners and prints differ by some tenths of a percent.
+  constexpr double kAlike = 0.005;
   if (options.distances.empty() && made.scale_difference > kAlike)
     out << fmt::format(
         "The scans' own scales differ by up to {:.1f} % from their median, which the camera has: "
